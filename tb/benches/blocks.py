@@ -1,9 +1,18 @@
 """What is between actions and steps: the planner, the loader, and the motion of blocks."""
 
 from fresa.arithmetic import Line
-from fresa.motion import BlockLoader, BlockMotion, GCodeHoming, GCodePlanner, HomingRequest
+from fresa.motion import (
+    BlockLoader,
+    BlockMotion,
+    GCodeHoming,
+    GCodePlanner,
+    HomingRequest,
+    NominalSpeed,
+    OverrideKind,
+    Overrides,
+)
 from fresa.motion.blocks import BlockHeader, BlockKind, BlockWord
-from fresa.protocol import GCodeAction, GCodeActionKind, Operand
+from fresa.protocol import GCodeAction, GCodeActionKind, Operand, RealtimeCode
 
 from ..bench import Run, bench, put
 from ..models.gcode_plan import MotionBlock, Planner, PlanSettings
@@ -36,11 +45,11 @@ def block_words(block: MotionBlock, feed: int = 0) -> dict[int, int]:
     The programmed feed is in bits that two of them have left over.
     """
     words = {BlockWord.HEADER: header(log2_ticks=block.log2_ticks)}
-    for address, number in ((BlockWord.ENERGY, block.energy), (BlockWord.MODULUS, block.modulus),
-                            (BlockWord.NOMINAL, block.nominal)):
+    for address, number in ((BlockWord.ENERGY, block.energy), (BlockWord.MODULUS, block.modulus)):
         words |= {address: number >> 36, address + 1: number & WORD}
     words[BlockWord.MODULUS] |= (feed & (1 << 22) - 1) << 14
-    words[BlockWord.NOMINAL] |= feed >> 22 << 26
+    words[BlockWord.ENERGY] |= feed >> 22 << 26
+    words |= {BlockWord.FASTEST: block.fastest, BlockWord.HUNDREDTH: block.hundredth}
     words |= {BlockWord.PLACE + axis: place for axis, place in enumerate(block.place)}
     for address, number in ((16, block.gain), (18, block.limit)):
         words |= {address: number & WORD, address + 1: number >> 36}
@@ -76,7 +85,6 @@ def block_loader(run: Run) -> str:
         await run.until(ctx, dut.profile, valid=1)
         run.expect("energy", ctx.get(dut.profile.p.energy), block.energy)
         run.expect("modulus", ctx.get(dut.profile.p.modulus), block.modulus)
-        run.expect("nominal", ctx.get(dut.profile.p.nominal), block.nominal)
         run.see(ctx, dut.segments, valid=1)
         run.expect("increments", [*ctx.get(dut.segments.p.increment)],
                    [80 * 256, 0, -62])
@@ -124,6 +132,8 @@ def block_motion(run: Run) -> str:
 
     async def test(ctx):
         ctx.set(dut.made, 1)
+        for each in dut.feed_override, dut.rapid_override:
+            ctx.set(each, 100)
         for axis in range(3):
             ctx.set(dut.steps[axis], LINE.steps[axis])
         planner = model()
@@ -171,6 +181,8 @@ def g_code_planner(run: Run) -> str:
 
     async def test(ctx):
         ctx.set(dut.room, 1)
+        for each in dut.feed_override, dut.rapid_override:
+            ctx.set(each, 100)
         await act(ctx, GCodeActionKind.LINE)
         block = line(model(), (200_000, -7, 0), 10_000_000)
         run.expect("words", {address: word for address, word in words.items()
@@ -220,3 +232,81 @@ def g_code_homing(run: Run) -> str:
 
     run.simulate(dut, test, planner)
     return "Z, X and Y are homed, by four lines each"
+
+
+@bench
+def overrides(run: Run) -> str:
+    """Commands of all overrides, and a restore."""
+    dut = Overrides()
+
+    async def command(ctx, code, times=1):
+        for _ in range(times):
+            ctx.set(dut.code, code)
+            ctx.set(dut.command, 1)
+            await ctx.tick()
+            ctx.set(dut.command, 0)
+            await ctx.tick()
+
+    async def test(ctx):
+        run.see(ctx, dut, feed=100, rapid=100, spindle=100)
+        await command(ctx, RealtimeCode.FEED_PLUS_10, 12)
+        run.see(ctx, dut, feed=200)
+        await command(ctx, RealtimeCode.FEED_MINUS_1)
+        await command(ctx, RealtimeCode.SPINDLE_MINUS_10, 3)
+        await command(ctx, RealtimeCode.SPINDLE_PLUS_1, 2)
+        await command(ctx, RealtimeCode.RAPID_QUARTER)
+        run.see(ctx, dut, feed=199, rapid=25, spindle=72)
+        ctx.set(dut.program, {"clockwise": 1, "flood": 1})
+        for pin in dut.standing, dut.switches:
+            ctx.set(pin, 1)
+        for code in RealtimeCode.SPINDLE_STOP, RealtimeCode.FLOOD, RealtimeCode.MIST:
+            await command(ctx, code)
+        on = ctx.get(dut.outputs)
+        run.expect("outputs", [on.clockwise, on.flood, on.mist], [0, 0, 1])
+        ctx.set(dut.standing, 0)
+        ctx.set(dut.restore, 1)
+        await ctx.tick()
+        ctx.set(dut.restore, 0)
+        run.see(ctx, dut, feed=100, rapid=100, spindle=100, changed=1)
+        run.expect("spindle", ctx.get(dut.outputs).clockwise, 1)
+
+    run.simulate(dut, test)
+    return "199, 25 and 72 %, a spindle that is off while it holds, and coolant by hand"
+
+
+@bench
+def nominal_speed(run: Run) -> str:
+    """Two blocks, and an override that changes in the second."""
+    dut = NominalSpeed()
+    within = dut.speed_bits + 16
+
+    async def load(ctx, feed, fastest, override):
+        for load, word in (1, fastest), (2, -(-256 * feed // 100)):
+            ctx.set(dut.load, load)
+            ctx.set(dut.word, word)
+            await ctx.tick()
+        ctx.set(dut.load, 0)
+        ctx.set(dut.override, override)
+        await run.until(ctx, dut, ready=1, within=within)
+
+    async def take(ctx):
+        ctx.set(dut.take, 1)
+        await ctx.tick()
+        ctx.set(dut.take, 0)
+
+    async def test(ctx):
+        ctx.set(dut.feed, 150)
+        ctx.set(dut.rapid, 25)
+        await load(ctx, 20_000_000, 25_000_000, OverrideKind.FEED)
+        await take(ctx)
+        run.see(ctx, dut, nominal=25_000_000**2)
+        await load(ctx, 40_000_000, 40_000_000, OverrideKind.RAPID)
+        run.see(ctx, dut, nominal=25_000_000**2)
+        await take(ctx)
+        run.see(ctx, dut, nominal=10_000_000**2)
+        ctx.set(dut.rapid, 50)
+        await ctx.tick().repeat(2 * within)
+        run.see(ctx, dut, nominal=20_000_000**2)
+
+    run.simulate(dut, test)
+    return "a limit of 25 mm/s, then a quarter and a half of 40 mm/s"

@@ -41,8 +41,7 @@ def speed_profile(run: Run) -> str:
     ticks, fast = [64, 128], 20
 
     async def offer(ctx, log2_ticks):
-        ctx.set(dut.blocks.p, {"energy": 4, "modulus": 3 * fast << 4, "nominal": fast**2,
-                               "log2_ticks": log2_ticks})
+        ctx.set(dut.blocks.p, {"energy": 4, "modulus": 3 * fast << 4, "log2_ticks": log2_ticks})
         ctx.set(dut.blocks.valid, 1)
         await run.until(ctx, dut.blocks, ready=1, within=9000)
         await ctx.tick()
@@ -58,6 +57,7 @@ def speed_profile(run: Run) -> str:
             run.see(ctx, dut, tick=0)
 
     async def blocks(ctx):
+        ctx.set(dut.nominal, fast**2)
         ctx.set(dut.exit, 128)
         await offer(ctx, 6)
         await offer(ctx, 7)

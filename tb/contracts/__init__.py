@@ -38,8 +38,10 @@ from .line import LINE
 from .line_buffer import LINE_BUFFER
 from .manual import MANUAL
 from .monitor import MONITOR
+from .nominal import NOMINAL_SPEED
 from .order_control import ORDER_CONTROL
 from .order_ledger import ORDER_LEDGER
+from .overrides import OVERRIDES
 from .pending import PENDING
 from .phase import PHASE
 from .plan import PLAN
@@ -97,6 +99,7 @@ GENERAL = {
     "axis": AXIS,
     "plan": PLAN,
     "points": POINTS,
+    "nominal_speed": NOMINAL_SPEED,
     "order_control": ORDER_CONTROL,
     "automatic": AUTOMATIC,
     "sequencer": SEQUENCER,
@@ -114,6 +117,7 @@ GENERAL = {
     "rotator": ROTATOR,
     "walk": WALK,
     "block_loader": BLOCK_LOADER,
+    "overrides": OVERRIDES,
     "gcode_homing": GCODE_HOMING,
     "gcode_control": GCODE_CONTROL,
     "order_ledger": ORDER_LEDGER,

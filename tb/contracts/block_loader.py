@@ -55,9 +55,12 @@ def describe(c: Contract, dut: BlockLoader) -> None:
     c.implication("profile-of-the-block", "The profile has what was read for it, which stays.",
                   when=dut.profile.valid, then=Cat(
                       field == Cat(word[low], word[low - 1])[:len(field)]
-                      for field, low in ((profile.energy, 2), (profile.modulus, 4),
-                                         (profile.nominal, 6))).all()
+                      for field, low in ((profile.energy, 2), (profile.modulus, 4))).all()
                   & (profile.log2_ticks == header.log2_ticks))
+    c.implication("bounds-of-the-block", "What bounds its speed is told as it is read.", when=1,
+                  then=(dut.bound == Cat(read & (count == 5), read & (count == 6))))
+    c.implication("override-of-the-block", "So is what changes that, until it starts.",
+                  when=count != 0, then=Value.cast(dut.override) == Value.cast(header.override))
     _walk(c, dut, read, word, count)
     _waits(c, dut, header, whole, moves, word)
     _outputs(c, dut, header, whole, word)
@@ -65,7 +68,7 @@ def describe(c: Contract, dut: BlockLoader) -> None:
                 (c.signal("number") == count[:4]) & (count <= WORDS)
                 & (state("FAULT") | (state("READ") == ~whole)), cover=count == 3, lemma=True)
     fields = [(1, profile.energy[36:]), (2, profile.energy[:36]), (3, profile.modulus[36:]),
-              (4, profile.modulus[:36]), (5, profile.nominal[36:]), (6, profile.nominal[:36]),
+              (4, profile.modulus[:36]),
               (12, dut.segments.p.x.as_unsigned()), (13, dut.segments.p.y.as_unsigned()),
               (14, dut.segments.p.residual), (0, Value.cast(c.signal("header"))),
               (15, c.signal("new_extra"))]
@@ -241,15 +244,15 @@ def _outputs(c: Contract, dut: BlockLoader, header: Bits, whole: Bits, word: lis
                   then=(now == c.past(Value.cast(of_it.outputs))) & (extra == c.past(word[15])))
     feed = c.keep(32, name="feed_of_segment")  # highest bits of two words, high part last
     with c.m.If(dut.blocks.valid & dut.blocks.ready & dut.blocks.p.last):
-        c.m.d.sync += feed.eq(Cat(word[3][14:], word[5][26:]))
+        c.m.d.sync += feed.eq(Cat(word[3][14:], word[1][26:]))
     c.implication("feed-of-a-motion", "So is what is shown as its feed, and stays until the next.",
                   when=known & c.past(known), then=dut.feed == Mux(
                       c.past(walked), c.past(feed), c.past(dut.feed)))
     c.invariant("new-feed", "The feed of a motion is that of its words.",
                 ~segments.valid | (c.signal("new_feed") == feed), cover=segments.valid, lemma=True)
-    c.invariant("read-feed", "It is in words 3 and 5.", Cat(
+    c.invariant("read-feed", "It is in words 1 and 3.", Cat(
         (c.kept["count"] <= 3) | (c.signal("read_feed")[:22] == word[3][14:]),
-        (c.kept["count"] <= 5) | (c.signal("read_feed")[22:] == word[5][26:])).all(),
+        (c.kept["count"] <= 1) | (c.signal("read_feed")[22:] == word[1][26:])).all(),
                 cover=whole, lemma=True)
     due, due_extra = c.keep(len(now), name="due_outputs"), c.keep(36, name="due_extra")
     wait = c.keep(1, name="outputs_wait")

@@ -10,8 +10,8 @@ from .contract import Bits, Case, Component, Contract
 
 __all__ = ["GCODE_REPORTER"]
 
-FIELDS = 5
-"""Texts of fields of a report: always, pins, origin, overrides, end. They are the first texts."""
+FIELDS = 6
+"""Texts of fields of a report, the first: always, pins, origin, overrides, accessories, end."""
 OK, ERROR, ALARM, BREAK = FIELDS, FIELDS + 1, FIELDS + 2, FIELDS + 3
 PARTS, STATES, MESSAGES = 16, 32, 48
 """Texts of answers and alarms, and the first of parts of lists, states and messages."""
@@ -71,18 +71,26 @@ def describe(c: Contract, dut: GCodeReporter) -> None:
 
     # A report
     began = state("SAMPLE")
+    accessories = c.keep(4, name="accessories")
+    with c.m.If(began):
+        c.m.d.sync += accessories.eq(dut.accessories)
     c.implication("report-begins", "A report begins with the state of the machine.",
                   when=goes_on & c.past(began),
                   then=asked & (text == STATES + c.past(dut.state.as_value()))
                   & (code == c.past(dut.substate)) & (c.signal("pins") == c.past(dut.pins)))
     c.implication("report-is-whole", "It has its places and its end, and its pins if one is on.",
                   when=goes_on & c.past(began),
-                  then=fields[0] & fields[FIELDS - 1] & (fields[1] == c.past(dut.pins.any())))
-    c.implication("fields-in-order", "Its fields are asked for in their order, each once.",
+                  then=fields[0] & fields[FIELDS - 1] & (fields[1] == c.past(dut.pins.any()))
+                  & (fields[4] == (fields[3] & c.past(dut.accessories.any()))))
+    c.implication("accessories-wait", "They wait for the fields before.", when=fields.any(),
+                  then=c.signal("accessories") == c.kept["accessories"], lemma=True)
+    c.implication("fields-in-order", "Its fields are asked for in their order, each once, and "
+                  "the accessories are those of its begin.",
                   when=goes_on & c.past(fields.any()) & (fields != c.past(fields)),
                   then=asked & (fields == c.past(fields & (fields - 1))) & Mux(
                       fields == 0, 1, ~c.past(began)) & (c.past(fields) >> text)[0]
-                  & (((1 << text) - 1)[:FIELDS] & c.past(fields) == 0))
+                  & (((1 << text) - 1)[:FIELDS] & c.past(fields) == 0)
+                  & ((text != 4) | (c.signal("pins") == c.kept["accessories"])))
     c.implication("reporting", "Places hold until the last field is asked for.",
                   when=dut.reporting | began | fields.any(),
                   then=dut.reporting & (began | fields[FIELDS - 1]))

@@ -82,6 +82,10 @@ def _plan(c: Contract, dut: SpeedProfile, state, square: Bits, brake: Bits, chan
         excess.eq(total(lead, change, ~rises)),
     ]
     before, grown = c.past(present), c.past(change)
+    samples = c.past(state("SEARCH") & (c.signal("count") == 0))
+    c.implication("nominal-of-the-granule", "The nominal speed is sampled for each granule.",
+                  when=known & (samples | (nominal != c.past(nominal))),
+                  then=samples & (nominal == c.past(dut.nominal)))
     planned = known & c.past(state("SUM") & (brake >= change))
     up, down = before + grown, before - grown
     expected = Mux(c.past(goal) > up, up, Mux(c.past(goal) < down, down, c.past(goal))

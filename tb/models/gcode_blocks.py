@@ -90,7 +90,7 @@ def corrective(wanted: Any, made: Any) -> Any:
 class ProgramModel:
     """Runs lines of G-code as the machine does, from power-up, as far as its queue of blocks.
 
-    It has neither soft limits nor system lines.
+    It has neither soft limits, nor system lines, nor overrides.
 
     Parameters
     ----------
@@ -176,8 +176,9 @@ class ProgramModel:
 
         get = formulas.get
         block = MotionBlock(
-            formulas.pair("energy"), formulas.pair("modulus"), formulas.pair("nominal"),
-            get("ticks"), formulas.pair("gain"), formulas.pair("limit"),
+            formulas.pair("energy"), formulas.pair("modulus"), get("ticks"), get("hundredth"),
+            get("fastest"), formulas.pair("nominal"), formulas.pair("gain"),
+            formulas.pair("limit"),
             tuple(get(f"place_{axis}") for axis in AXES))
         change, start = self._change(block.place)
         channels = [get("channels") >> 2 * axis & 3 for axis in range(3)]

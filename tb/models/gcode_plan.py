@@ -32,8 +32,12 @@ class MotionBlock:
 
     Attributes
     ----------
-    energy, modulus, nominal, log2_ticks : int
+    energy, modulus, log2_ticks : int
         As the speed profile has them.
+    hundredth, fastest : int
+        A hundredth of the feed in 2**-8 nm/s, and the speed that is never exceeded.
+    nominal : int
+        Square of the speed, by those and the override.
     gain, limit : int
         As the queue has them.
     place : tuple of int
@@ -42,8 +46,10 @@ class MotionBlock:
 
     energy: int
     modulus: int
-    nominal: int
     log2_ticks: int
+    hundredth: int
+    fastest: int
+    nominal: int
     gain: int
     limit: int
     place: tuple[int, ...]
@@ -71,6 +77,11 @@ class Planner:
         Of the machine.
     position : sequence of int
         Where the first line begins, in nm; it begins at rest.
+
+    Attributes
+    ----------
+    feed_override, rapid_override : int
+        In percent.
     """
 
     def __init__(self, settings: PlanSettings, position: Sequence[int] = (0, 0, 0)) -> None:
@@ -78,6 +89,7 @@ class Planner:
         self.position = tuple(position)
         self.unit = (0, 0, 0)
         self.nominal = 0
+        self.feed_override = self.rapid_override = 100
 
     def stop(self) -> None:
         """Let the next line begin at rest."""
@@ -103,12 +115,18 @@ class Planner:
         unit = tuple((abs(each) // each if each else 0) * ((mantissa << 34) // length)
                      for each, mantissa in zip(change, mantissas, strict=True))
 
+        rapid = feed is None
         if inverse and feed is not None:
             feed = max(1, min((length * feed >> exponent) // 30_000_000, WORD))
-        speed = min(_along(of.speeds, mantissas) * length >> 36, WORD if feed is None else feed)
         scaled = length * (of.clock << 8)
-        speed = min(speed, scaled >> exponent + 14)  # 128 clocks at least
-        nominal = speed * speed
+        fastest = min(_along(of.speeds, mantissas) * length >> 36,
+                      scaled >> exponent + 14)  # 128 clocks at least
+        if feed is None or feed >= 1 << 34:
+            feed = fastest
+        hundredth = max(28, -(-256 * feed // 100))
+        nominal = self._nominal(hundredth, fastest, self.rapid_override if rapid
+                                else self.feed_override)
+        speed = min(hundredth, fastest)  # more than any override makes of the feed
         acceleration = min(_along(of.accelerations, mantissas) * length >> 36, (1 << 34) - 1)
         gain = 4 * acceleration * length >> exponent
 
@@ -119,10 +137,15 @@ class Planner:
         energy = gain >> ticks
         gain = energy << ticks
         limit = min(self._junction(unit), nominal, self.nominal)
-        block = MotionBlock(energy, scaled >> ticks + exponent - 9, nominal, ticks, gain, limit,
-                            self.places(target))
+        block = MotionBlock(energy, scaled >> ticks + exponent - 9, ticks, hundredth, fastest,
+                            nominal, gain, limit, self.places(target))
         self.position, self.unit, self.nominal = tuple(target), unit, nominal
         return block
+
+    @staticmethod
+    def _nominal(hundredth: int, fastest: int, percent: int) -> int:
+        """Return the squared speed of a block with an override."""
+        return min(hundredth * percent >> 8, fastest)**2
 
     def _junction(self, unit: Sequence[int]) -> int:
         """Return the squared speed at which a corner may be passed."""

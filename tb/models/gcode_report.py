@@ -23,7 +23,10 @@ MESSAGES: Mapping[str, bytes] = {
 
 @dataclass(frozen=True)
 class Sample:
-    """What a report shows: positions in um, feed in mm/min, speed in rpm, letters of pins."""
+    """What a report shows: positions in um, feed in mm/min, speed in rpm, letters of pins.
+
+    Overrides are in percent: of feed, rapids and spindle. Accessories are letters, too.
+    """
 
     state: str = "Idle"
     substate: int = 0
@@ -34,6 +37,8 @@ class Sample:
     feed: int = 0
     speed: int = 0
     pins: str = ""
+    overrides: Sequence[int] = (100, 100, 100)
+    accessories: str = ""
 
 
 @dataclass
@@ -48,6 +53,10 @@ class Reports:
     def change_origin(self) -> None:
         """Have the offsets in the next report."""
         self.since_origin = self.every_origin
+
+    def change_overrides(self) -> None:
+        """Have the overrides in the next report without offsets."""
+        self.since_overrides = self.every_overrides
 
     def line(self, sample: Sample) -> bytes:
         """Return the next report."""
@@ -67,7 +76,9 @@ class Reports:
             self.since_origin += 1
             if self.since_overrides > self.every_overrides:
                 self.since_overrides, self.every_overrides = 0, 19 if moves else 9
-                fields.append("Ov:100,100,100")
+                fields.append(f"Ov:{','.join(map(str, sample.overrides))}")
+                if sample.accessories:
+                    fields.append(f"A:{sample.accessories}")
         return f"<{'|'.join(fields)}>\r\n".encode()
 
 

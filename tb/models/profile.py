@@ -10,8 +10,8 @@ __all__ = ["Block", "Granule", "ProfileModel"]
 MOST = 32
 """Most ticks of a granule."""
 
-SAMPLED = 6
-"""Clocks from the decision to compute a granule to that in which the exit is sampled."""
+SAMPLED_NOMINAL, SAMPLED = 2, 6
+"""Clocks from the decision to compute a granule to those in which nominal and exit are sampled."""
 
 
 @dataclass(frozen=True)
@@ -109,6 +109,9 @@ class ProfileModel:
         Clocks in which hold changes, from 0.
     speed_bits, fraction_bits : int
         As of the gateware.
+    nominals : callable, optional
+        Square that is not exceeded, given the number of a block and a clock, if not that of the
+        block.
 
     Attributes
     ----------
@@ -122,8 +125,10 @@ class ProfileModel:
 
     def __init__(self, blocks: Sequence[tuple[Block, int]], exits: Callable[[int, int], int],
                  holds: Sequence[int] = (), *, speed_bits: int = 31,
-                 fraction_bits: int = 16) -> None:
+                 fraction_bits: int = 16,
+                 nominals: Callable[[int, int], int] | None = None) -> None:
         self.blocks, self.exits, self.holds = blocks, exits, holds
+        self.nominals = nominals or (lambda number, _: blocks[number][0].nominal)
         self.fraction_bits = fraction_bits
         self.backlog = 1 << speed_bits + fraction_bits + 1
         self.latency = 16 + speed_bits + fraction_bits
@@ -186,7 +191,7 @@ class ProfileModel:
                     size *= 2
             change = block.energy * size
             sampled = decided + SAMPLED
-            goal = 0 if hold else min(block.nominal,
+            goal = 0 if hold else min(self.nominals(number, decided + SAMPLED_NOMINAL),
                                       self.exits(number, sampled) + brake - change)
             goal = min(max(goal, square - change), square + change)
             new = self.root(goal if square or goal else change // 2)

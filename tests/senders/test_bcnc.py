@@ -104,7 +104,8 @@ class BCNC(Sender):
 
     def override(self, feed: int, rapid: int, spindle: int) -> None:
         """Set what its scales set."""
-        self._command(f"%_OvFeed, _OvRapid, _OvSpindle, _OvChanged = {feed}, {rapid}, {spindle}, 1")
+        names = "_OvFeed, _OvRapid, _OvSpindle, _OvChanged"
+        self._command(f"%global {names}; {names} = {feed}, {rapid}, {spindle}, True")
 
     def _purged(self, resets: int) -> None:
         """Wait until it has reset the machine, as it does after each job, and asks again."""

@@ -23,6 +23,7 @@ from .line import (
     least,
     line_registers,
     magnitude,
+    nominal_rows,
     speed_rows,
     tick_rows,
     vector,
@@ -373,7 +374,7 @@ def _turn_speed() -> Rows:
     yield "ADD", "exponent", "9", "a"
     yield "SHIFT_RIGHT_LONG", "scaled", "a", "part"
     yield "DIVIDE", "part", "turns", "a"
-    yield from least("a", "speed", "speed")
+    yield from least("a", "fastest", "fastest")
 
 
 def _inverse() -> Rows:
@@ -400,6 +401,7 @@ def _arc_plan() -> Rows:
     # An arc of less than 1 nm is 64 ticks at most. Each can add 2 nm²/s² at any acceleration.
     yield "SUBTRACT", "gain.low", "128", "flag"
     yield from chosen("SUBTRACT_BORROW", "gain", "zero", ("128", "gain.low", "gain.low"))
+    yield from nominal_rows()
     yield from tick_rows()
     yield from increment_rows()
     for axis in "xy":

@@ -19,6 +19,8 @@ CORNER = 34_000_000_000
 """Positions reach to so many nanometres, either way; a whole number of steps x 2 x 10^9."""
 SQUARED = 62
 """Bits of a squared speed."""
+OVERRIDE_SHIFT = 28
+"""A percentage has so many bits of 0 behind it, where it is a factor of a hundredth in 2**-8."""
 MAX_TICKS = 40
 """Highest exponent of the number of ticks."""
 
@@ -90,11 +92,14 @@ def line_registers(depth: int) -> Registers:
     registers.word(*(f"{name}_{axis}" for axis in AXES for name in (
         "from", "to", "unit", "unit_end", "unit_before", "place", "place_before", "increment",
         "steps", "steps_now", "position", "um")))
-    registers.word("path", "speed_now", "spindle", "feed", "acceleration", "ticks", "clock",
-                   "deviation", "exponent", "a", "b", "flag", "zero")
+    registers.word("path", "speed_now", "spindle", "feed", "fastest", "hundredth",
+                   "acceleration", "ticks", "clock", "deviation", "exponent", "a", "b", "flag",
+                   "zero")
+    registers.word("override", init=100 << OVERRIDE_SHIFT)
     for name, value in {"1": 1, "60": 60, "1e3": 1000, "1e6": 10**6,
                         "1e9": 10**9, "9": 9, "14": 14, "28": 28, "37": WIDTH + 1, "40": MAX_TICKS,
                         "ones": (1 << WIDTH) - 1, "half": 1 << WIDTH - 2,
+                        "0.64": (16 << WIDTH) // 25,
                         "top": 1 << SQUARED - WIDTH, "below_top": (1 << SQUARED - WIDTH) - 1,
                         "most": (1 << WIDTH - 2) - 1, "corner": CORNER,
                         "2e9": 2 * 10**9}.items():
@@ -178,19 +183,19 @@ def _path() -> Rows:
 
 
 def speed_rows(limits: Iterable[str]) -> Rows:
-    """Take the top speed: by feed, limits of the components, and clock.
+    """Take the speed that is never exceeded: by limits of the components, and clock.
 
     Length x clock is ``scaled`` / 2**(exponent + 7).
     """
-    yield from _least_ratio(limits, "speed")
-    yield "MULTIPLY", "speed", "length", "product"
-    yield from least("product", "feed", "speed")
+    yield from _least_ratio(limits, "fastest")
+    yield "MULTIPLY", "fastest", "length", "product"
+    yield "ADD", "product", "zero", "fastest"
     yield "MULTIPLY", "length", "clock", "scaled"
     yield "ADD", "exponent", "14", "a"
     yield "SHIFT_RIGHT_LONG", "scaled", "a", "product"
     yield "SUBTRACT", "zero", "product", "flag"
     yield "SELECT", "ones", "product.low", "a"
-    yield from least("a", "speed", "speed")
+    yield from least("a", "fastest", "fastest")
 
 
 def acceleration_rows(limits: Iterable[str]) -> Rows:
@@ -204,6 +209,27 @@ def acceleration_rows(limits: Iterable[str]) -> Rows:
     yield "SHIFT_RIGHT", "product", "exponent", "gain"
 
 
+def nominal_rows() -> Rows:
+    """Take a hundredth of the feed in 2**-8 nm/s, rounded up, and the speed by it.
+
+    So 100 of them are the feed itself, and 256 more than any override makes of it: that is the
+    ``speed`` for which ticks are made, if it is not too fast. A feed above 17 m/s is the fastest
+    speed; the least is 10 nm/s.
+    """
+    yield "SUBTRACT", "most", "feed", "flag"
+    yield "SELECT", "fastest", "feed", "a"
+    yield "ADD", "a", "a", "a"
+    yield "ADD", "a", "a", "a"
+    yield "MULTIPLY", "a", "0.64", "product"
+    yield "ADD", "product", "1", "hundredth"
+    yield "SUBTRACT", "hundredth", "28", "flag"
+    yield "SELECT", "28", "hundredth", "hundredth"
+    yield "MULTIPLY", "hundredth", "override", "product"
+    yield from least("product", "fastest", "a")
+    yield "MULTIPLY", "a", "a", "nominal"
+    yield from least("hundredth", "fastest", "speed")
+
+
 def tick_rows() -> Rows:
     """Split the path into 2**ticks: from the mantissas of length x clock and speed.
 
@@ -211,7 +237,6 @@ def tick_rows() -> Rows:
     still adds 7 nm²/s² to the squared speed: without an end to that the speed would stay 0. It is
     shorter than the shortest step, and than two half turns of the smallest arc.
     """
-    yield "MULTIPLY", "speed", "speed", "nominal"
     yield "NORMALISE", "scaled", "zero", "numerator"
     yield "NORMALISE", "speed", "zero", "denominator"
     yield "ADD", "denominator.low", "28", "ticks"
@@ -289,7 +314,7 @@ def _line() -> Rows:
     yield from _path()
     yield from speed_rows(MAX_SPEEDS)
     yield from acceleration_rows(MAX_ACCELERATIONS)
-    for part in (tick_rows, increment_rows, junction_rows):
+    for part in (nominal_rows, tick_rows, increment_rows, junction_rows):
         yield from part()
 
 
@@ -345,7 +370,7 @@ def _begin() -> Rows:
         yield "ADD", "zero", "zero", f"nominal_before{word}"
 
 
-REGISTERS = line_registers(128)
+REGISTERS = line_registers(256)
 """Registers of the formulas, by name."""
 
 TABLES = (FormulaTable.of("line", REGISTERS, _line()),

@@ -17,6 +17,10 @@ FULL_POWER = 1 << POWER_BITS
 LEAST_POWER = FULL_POWER >> 8
 """Power of the lowest speed that is not 0, as GRBL has it."""
 
+OVERRIDE_DIGITS = 14
+OVERRIDE_POINT = 12
+"""Digits of an override as a factor, and how many of them are behind the point."""
+
 PHASE_BITS = 10
 """A PWM has 1024 duties."""
 
@@ -30,14 +34,16 @@ MIN_SERVO_PERIOD, SERVO_PERIOD = POWER_BITS + 2, 20_000
 class SpindlePower(wiring.Component):
     """Computes the power of a spindle from its speed, or of a laser also from that of the path.
 
-    The power is ``(speed - least) / (most - least)``, and at ``LEAST_POWER`` least; with ``scaled``
-    that times ``path_speed / feed``. Each quotient is rounded down, and at most 1; that of a range
-    which is 0 or less is 1. A speed of 0 has no power, nor has a path that stands.
+    The power is ``(speed - least) / (most - least)``, with the speed multiplied by the override,
+    and at ``LEAST_POWER`` least; with ``scaled`` that times ``path_speed / feed``. Each quotient is
+    rounded down, and at most 1; that of a range which is 0 or less is 1. A speed of 0 has no power,
+    nor has a path that stands.
 
     One adder makes both quotients, one after the other and again and again: as non-restoring
     divisions, whose first digit is the whole 1. A second one multiplies, by the digits of the
-    second quotient as they come. A new value is out 110 clocks after its inputs at most. That with
-    ``on`` at 0 is 0, a clock later.
+    second quotient as they come. A new value is out 130 clocks after its inputs at most. That with
+    ``on`` at 0 is 0, a clock later. Of the override's factor 12 digits behind the point are used:
+    those of 100, 50, 25 and 200 % are exact.
 
     Members
     -------
@@ -45,6 +51,8 @@ class SpindlePower(wiring.Component):
         The spindle is on; its power follows the speed of the path.
     speed : In(36)
         In 10**-6 rev/min.
+    override : In(8)
+        Percent by which that is multiplied.
     least, most : In(27)
         Speeds of the least and of full power, in 10**-3 rev/min: $31 and $30 of GRBL.
     path_speed, feed : In(32)
@@ -58,6 +66,7 @@ class SpindlePower(wiring.Component):
     on: In(1)
     scaled: In(1)
     speed: In(36)
+    override: In(8)
     least: In(27)
     most: In(27)
     path_speed: In(32)
@@ -72,17 +81,28 @@ class SpindlePower(wiring.Component):
         share = Signal(POWER_BITS + 1)
         scaled = Signal(2 * POWER_BITS + 1)  # the share times the digits of the second so far
         step = Signal(range(POWER_BITS + 2))  # of a division: each has a digit, a clock later
+        speed, percent = Signal.like(self.speed), Signal.like(self.override)  # of the first
+        override = Signal(OVERRIDE_DIGITS)  # percent x 40.96, rounded
+        digits = Cat(reversed(override[:-1]))  # behind the first
+        adds = Signal()  # the last, of so many multiples of the speed
+        by_41 = Signal(OVERRIDE_DIGITS)
+        # As sums: a multiplier would be used for that, and is slow.
+        m.d.sync += [by_41.eq(percent + (percent << 3) + (percent << 5)),
+                     override.eq(by_41 - (by_41 + 512 >> 10))]
+        with m.If(second | ~self.on):
+            m.d.sync += [speed.eq(self.speed), percent.eq(self.override)]
         digit = Signal()
         counts = Signal()  # digits do, up to the first if that is 1
         nonzero = Signal()
 
         # What is added is 0 but in its own clocks, so that there is no choice between two things.
-        # Each step doubles what remains: so these are multiples of 10**-6 rev/min.
+        # Each step doubles what remains: so these are multiples of 10**-6 rev/min, with digits of
+        # the override behind the point.
         operand = Signal(36)
-        product = Signal(signed(41))
+        product = Signal(signed(41 + OVERRIDE_POINT))
         factor = Signal(signed(28))
         thousand = Signal(signed(38))  # times it
-        rest, total = Signal(signed(42)), Signal(signed(42))
+        rest, total = (Signal(signed(42 + OVERRIDE_POINT), name=name) for name in ("rest", "total"))
         subtracts, loads, multiplies, divides, keeps, clears = (
             Signal(name=name) for name in ("subtracts", "loads", "multiplies", "divides", "keeps",
                                            "clears"))
@@ -92,11 +112,11 @@ class SpindlePower(wiring.Component):
             m.d.sync += operand.eq(0)
         with m.Elif(loads):
             m.d.sync += operand.eq(Mux(divides, self.feed << 2,
-                                       Mux(second, self.path_speed, self.speed)))
+                                       Mux(second, self.path_speed, speed)))
         with m.If(~(multiplies | keeps)):
             m.d.sync += product.eq(0)
         with m.Elif(multiplies):
-            m.d.sync += product.eq(Mux(divides, thousand << 2, thousand << 1))
+            m.d.sync += product.eq(Mux(divides, thousand << 2, thousand << 1) << OVERRIDE_POINT)
         with m.If(clears):
             m.d.sync += rest.eq(0)
         with m.Elif(~divides):
@@ -111,12 +131,16 @@ class SpindlePower(wiring.Component):
                 m.d.comb += [keeps.eq(1), subtracts.eq(1)]
                 m.next = "CLEAR"
             with m.State("CLEAR"):
-                m.d.comb += [keeps.eq(1), clears.eq(1)]
-                m.d.sync += nonzero.eq(rest[-1] | (second & ~scales))
+                m.d.comb += [keeps.eq(second), loads.eq(~second & override[-1]), clears.eq(1)]
+                m.d.sync += [nonzero.eq(rest[-1] | (second & ~scales)),
+                             step.eq(Mux(second, OVERRIDE_DIGITS - 1, 0))]
                 m.next = "ADD"
-            with m.State("ADD"):
-                m.d.comb += multiplies.eq(~second)
-                m.next = "LESS"
+            with m.State("ADD"):  # digit by digit of the override
+                m.d.comb += [adds.eq(step == OVERRIDE_DIGITS - 1), multiplies.eq(adds & ~second),
+                             loads.eq(digits.bit_select(step, 1))]
+                m.d.sync += step.eq(step + 1)
+                with m.If(adds):
+                    m.next = "LESS"
             with m.State("LESS"):
                 m.d.comb += subtracts.eq(1)
                 m.next = "CLAMP"
@@ -149,7 +173,7 @@ class SpindlePower(wiring.Component):
                 pass
         m.d.comb += self.fault.eq(leave_unused_codes(m, fsm, fault="FAULT"))
         m.d.sync += [thousand.eq(factor * 1000), factor.eq(self.least - Mux(
-            fsm.ongoing("ADD") | fsm.ongoing("LESS"), self.most, 0))]
+            adds | fsm.ongoing("LESS"), self.most, 0))]
         with m.If(fsm.ongoing("SHARE")):
             m.d.sync += scaled.eq(0)
             with m.If(nonzero & (share < LEAST_POWER)):

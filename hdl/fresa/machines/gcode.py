@@ -35,6 +35,7 @@ from ..motion import (
     GCodeControl,
     GCodeHoming,
     GCodePlanner,
+    Overrides,
 )
 from ..panel import ContactFilter
 from ..protocol import (
@@ -512,6 +513,19 @@ class GCode(MachineComponent):
             planner.configure.eq(configures | gate.configure), planner.begin.eq(begins),
         ]
         self._system(m, control, renewed, gate, planner, motion, homing, store)
+        m.submodules.overrides = overrides = Overrides()
+        outputs = overrides.outputs
+        m.d.comb += [
+            overrides.command.eq(realtime.command), overrides.code.eq(realtime.code),
+            overrides.restore.eq(motion.off | motion.ended),
+            overrides.program.eq(motion.outputs),
+            overrides.switches.eq((control.state == GCodeState.IDLE)
+                                  | (control.state == GCodeState.RUN)
+                                  | (control.state == GCodeState.HOLD)),
+            overrides.standing.eq((control.state == GCodeState.HOLD) & motion.still),
+            planner.feed_override.eq(overrides.feed), planner.rapid_override.eq(overrides.rapid),
+            motion.feed_override.eq(overrides.feed), motion.rapid_override.eq(overrides.rapid),
+        ]
         m.d.comb += [gate.settling.eq(settling), homing.begins.eq(settling),
                      homing.moving.eq(control.moving)]
         pausing = Signal()  # the control holds since the program pauses
@@ -544,6 +558,7 @@ class GCode(MachineComponent):
             parts.ready.eq(reporter.listed.ready), gate.listed.ready.eq(reporter.listed.ready),
         ]
         self._reports(m, control, planner, motion, reporter, switches)
+        self._overrides(m, overrides, reporter)
         # As GRBL does: with one block less than there are
         m.d.sync += reporter.free_blocks.eq(motion.free - (motion.free != 0))
         m.d.comb += [
@@ -555,10 +570,10 @@ class GCode(MachineComponent):
 
         if not thesis:
             m.d.sync += [
-                self.spindle.eq(motion.outputs.clockwise | motion.outputs.counter_clockwise),
-                self.reverse.eq(motion.outputs.counter_clockwise)]
+                self.spindle.eq(outputs.clockwise | outputs.counter_clockwise),
+                self.reverse.eq(outputs.counter_clockwise)]
         m.d.sync += [
-            self.mist.eq(motion.outputs.mist), self.flood.eq(motion.outputs.flood),
+            self.mist.eq(outputs.mist), self.flood.eq(outputs.flood),
             self.moving.eq(moving), self.alarm.eq(control.state == GCodeState.ALARM),
         ]
         if thesis:
@@ -580,7 +595,7 @@ class GCode(MachineComponent):
             self._servo(m, store, Mux(up, FULL_POWER, 0))
         else:
             connect(m, reader.words, gate.words)
-            self._servo(m, store, self._spindle(m, motion, store, faults))
+            self._servo(m, store, self._spindle(m, motion, overrides, store, faults))
         shown = Signal(len(faults))  # by parts, a clock before: from all of them it is far
         m.d.sync += shown.eq(Cat(faults))
         with m.If(shown.any()):
@@ -814,19 +829,20 @@ class GCode(MachineComponent):
         m.d.comb += [servo.power.eq(power), servo.low.eq(store.flags.servo_low),
                      servo.high.eq(store.flags.servo_high), self.servo.eq(servo.pin)]
 
-    def _spindle(self, m: Module, motion: BlockMotion, store: GCodeSettingStore, faults: list
-                 ) -> Signal:
+    def _spindle(self, m: Module, motion: BlockMotion, overrides: Overrides,
+                 store: GCodeSettingStore, faults: list) -> Signal:
         """Give the spindle, or the laser, the power that the program wants, and return it."""
         flags = store.flags
         m.submodules.power = power = SpindlePower()
         m.submodules.pwm = pwm = PowerPWM(clock=self.settings.clock,
                                           frequency=self.settings.pwm_hz)
-        outputs, rapid = motion.outputs, motion.feed.all()
+        outputs, rapid = overrides.outputs, motion.feed.all()
         spins = outputs.clockwise | outputs.counter_clockwise
         m.d.comb += [
             power.on.eq(spins & ~(flags.laser & rapid)),
             power.scaled.eq(flags.laser & outputs.counter_clockwise),
-            power.speed.eq(motion.extra), power.least.eq(store.spindle.least),
+            power.speed.eq(motion.extra), power.override.eq(overrides.spindle),
+            power.least.eq(store.spindle.least),
             power.most.eq(store.spindle.most), power.path_speed.eq(motion.speed),
             power.feed.eq(motion.feed),
             pwm.power.eq(power.power), self.pwm.eq(pwm.pin),
@@ -900,4 +916,15 @@ class GCode(MachineComponent):
             planner.shown_address.eq(reporter.number_address),
             planner.shown_read.eq(reporter.number_read), reporter.number.eq(planner.shown),
             reporter.pins.eq(Cat(switches, self.hold, self.abort, self.start)),
+        ]
+
+    def _overrides(self, m: Module, overrides: Overrides, reporter: GCodeReporter) -> None:
+        """Have overrides and accessories in reports."""
+        on = overrides.outputs
+        m.d.comb += [
+            reporter.overridden.eq(overrides.changed),
+            *(each.eq(percent) for each, percent in zip(
+                reporter.overrides, (overrides.feed, overrides.rapid, overrides.spindle),
+                strict=True)),
+            reporter.accessories.eq(Cat(on.clockwise, on.counter_clockwise, on.flood, on.mist)),
         ]

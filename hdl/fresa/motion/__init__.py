@@ -5,6 +5,7 @@ from .axis import Axis
 from .backlash import MAX_BACKLASH, Backlash, BacklashCompensator
 from .block_loader import BlockLoader
 from .block_motion import BlockMotion
+from .blocks import Outputs, OverrideKind
 from .controller import NumericalController
 from .coordinates import CoordinateGenerator
 from .counter import StepCounter
@@ -15,9 +16,11 @@ from .guard import GuardedController
 from .kinematics import KINEMATICS, CoreXY
 from .limits import Limits
 from .manual import ManualControl
+from .nominal import NominalSpeed
 from .order_control import OrderControl
 from .order_ledger import Answer, OrderLedger, Outcome, Request, RequestKind
 from .orders import Move, Order
+from .overrides import OVERRIDE_BITS, Overrides
 from .plan import MAX_BLOCKS, BlockQueue
 from .points import PointStore
 from .position import MoveTo
@@ -36,14 +39,15 @@ from .walk import WALK_DELAY, PathWalk, Segment
 
 __all__ = [
     "HOMING", "KINEMATICS", "MAX_ACCELERATION", "MAX_BACKLASH", "MAX_BLOCKS", "MAX_LEVELS",
-    "PICTURE_LIMIT", "WALK_DELAY",
+    "OVERRIDE_BITS", "PICTURE_LIMIT", "WALK_DELAY",
     "AlarmCode", "Answer", "AutomaticControl", "Axis", "Backlash", "BacklashCompensator",
     "BlockLoader", "BlockMotion",
     "BlockQueue", "CoordinateGenerator", "CoreXY", "GCodeControl", "GCodeHoming",
     "GCodePlanner", "GuardedController", "HomingRequest", "Limits", "ManualControl",
     "MotionSequencer", "MotorSquaring",
-    "Move", "MoveTo", "NumericalController", "Order", "OrderControl",
-    "OrderLedger", "Outcome", "PathWalk", "PointStore", "Ramp", "Request", "RequestKind",
+    "Move", "MoveTo", "NominalSpeed", "NumericalController", "Order", "OrderControl",
+    "OrderLedger", "Outcome", "Outputs", "OverrideKind", "Overrides", "PathWalk", "PointStore",
+    "Ramp", "Request", "RequestKind",
     "Rotator", "Segment", "SpeedProfile", "SpiralWalk", "SquareGenerator", "SquareRoot",
     "StartHandshake",
     "StepAccumulator", "StepCounter", "StepRatio", "ramp_rates",

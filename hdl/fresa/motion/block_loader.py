@@ -15,6 +15,7 @@ from .blocks import (
     BlockKind,
     BlockWord,
     Outputs,
+    OverrideKind,
 )
 from .walk import Segment
 
@@ -50,6 +51,10 @@ class BlockLoader(wiring.Component):
         Start that block.
     profile : Out(stream.Signature)
         For the profile.
+    bound : Out(2)
+        The word that is read bounds the speed of the block: its ``load`` of :class:`NominalSpeed`.
+    override : Out(OverrideKind)
+        What changes that, from the clock after the header is read.
     segments : Out(stream.Signature(Segment))
         For the walk.
     idle : In(1)
@@ -58,6 +63,8 @@ class BlockLoader(wiring.Component):
         End a pause.
     off : In(1)
         Switch the outputs off. A reset that is inserted leaves them as they are.
+    ended : Out(1)
+        A block of END is done: for one clock.
     paused : Out(1)
         A pause waits.
     waiting : Out(1)
@@ -84,10 +91,11 @@ class BlockLoader(wiring.Component):
             "blocks": In(stream.Signature(data.StructLayout({"data": WIDTH, "last": 1}))),
             "take": Out(1),
             "profile": Out(stream.Signature(data.StructLayout({
-                "energy": squares, "modulus": modulus_bits, "nominal": squares,
-                "log2_ticks": range(41)}))),
+                "energy": squares, "modulus": modulus_bits, "log2_ticks": range(41)}))),
+            "bound": Out(2), "override": Out(OverrideKind),
             "segments": Out(stream.Signature(Segment)),
-            "idle": In(1), "start": In(1), "off": In(1), "paused": Out(1), "waiting": Out(1),
+            "idle": In(1), "start": In(1), "off": In(1), "ended": Out(1), "paused": Out(1),
+            "waiting": Out(1),
             "outputs": Out(Outputs), "extra": Out(WIDTH),
             "feed": Out(FEED_BITS, init=(1 << FEED_BITS) - 1),
             "fault": Out(1),
@@ -107,8 +115,10 @@ class BlockLoader(wiring.Component):
             profile.log2_ticks.eq(header.log2_ticks),
         ]
         of_profile = {name: Signal.like(profile[name], name=name)
-                      for name in ("energy", "modulus", "nominal")}
+                      for name in ("energy", "modulus")}
         m.d.comb += [profile[name].eq(field) for name, field in of_profile.items()]
+        m.d.comb += [self.override.eq(header.override), self.bound.eq(Cat(
+            read & (number == which) for which in (BlockWord.FASTEST, BlockWord.HUNDREDTH)))]
 
         # The places of the three axes change places, so that the one that comes next is first.
         places = [Signal(WIDTH, name=f"place_{place}") for place in range(3)]
@@ -134,7 +144,6 @@ class BlockLoader(wiring.Component):
         with m.Switch(number):
             for high, field in ((BlockWord.ENERGY, of_profile["energy"]),
                                 (BlockWord.MODULUS, of_profile["modulus"]),
-                                (BlockWord.NOMINAL, of_profile["nominal"]),
                                 (BlockWord.TURNS, turns)):
                 with m.Case(high):
                     m.d.sync += field[WIDTH:].eq(word)
@@ -240,7 +249,7 @@ class BlockLoader(wiring.Component):
                 with m.If(self.start):
                     m.next = "TAKE"
             with m.State("TAKE"):
-                m.d.comb += self.take.eq(1)
+                m.d.comb += [self.take.eq(1), self.ended.eq(header.kind == BlockKind.END)]
                 m.next = "READ"
             with m.State("FAULT"):
                 pass

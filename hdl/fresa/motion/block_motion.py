@@ -7,6 +7,8 @@ from amaranth.lib.wiring import In, Out, connect
 from ..arithmetic.line import WIDTH
 from .block_loader import BlockLoader
 from .blocks import BLOCK_WORDS, FEED_BITS, Outputs
+from .nominal import NominalSpeed
+from .overrides import OVERRIDE_BITS
 from .plan import BlockQueue
 from .profile import SpeedProfile
 from .walk import WALK_DELAY, PathWalk
@@ -36,6 +38,8 @@ class BlockMotion(wiring.Component):
         Steps per metre of each axis, at least 1. Constant while there are blocks.
     words : In(stream.Signature)
         Words of blocks, see :class:`BlockQueue` and `BlockWord`.
+    feed_override, rapid_override : In(8)
+        In percent, see :class:`NominalSpeed`.
     hold : In(1)
         Slow down and stand.
     flush : In(1)
@@ -57,6 +61,8 @@ class BlockMotion(wiring.Component):
     idle : Out(1)
         Nothing moves or waits to move, no dwell is counted, and no pause waits; a clock later than
         that is so.
+    ended : Out(1)
+        The program has ended: for one clock.
     paused : Out(1)
         A pause waits.
     outputs, extra : Out(Outputs), Out(36)
@@ -81,11 +87,12 @@ class BlockMotion(wiring.Component):
                                    modulus_bits=self._profile.modulus_bits)
         super().__init__({
             "steps": In(27).array(3), "words": In(self._queue.write.signature.flip()),
+            "feed_override": In(OVERRIDE_BITS), "rapid_override": In(OVERRIDE_BITS),
             "hold": In(1), "flush": In(1),
             "position": In(data.ArrayLayout(2, 3)), "made": In(1), "start": In(1), "off": In(1),
             "step": Out(3), "direction": Out(3), "free": Out(range(depth + 1)),
             "speed": Out(self._profile.speed_bits), "still": Out(1), "idle": Out(1),
-            "paused": Out(1), "outputs": Out(Outputs), "extra": Out(WIDTH),
+            "ended": Out(1), "paused": Out(1), "outputs": Out(Outputs), "extra": Out(WIDTH),
             "feed": Out(FEED_BITS), "starved": Out(1), "fault": Out(1),
         })
 
@@ -93,11 +100,12 @@ class BlockMotion(wiring.Component):
         m = Module()
         m.submodules.queue = queue = self._queue
         profile, loader, walk = self._profile, self._loader, PathWalk()
-        for name, each in (("profile", profile), ("loader", loader), ("walk", walk)):
+        nominal = NominalSpeed(speed_bits=profile.speed_bits)
+        for name, each in (("profile", profile), ("loader", loader), ("walk", walk),
+                           ("nominal", nominal)):
             m.submodules[name] = ResetInserter(self.flush)(each)
         connect(m, wiring.flipped(self.words), queue.write)
         connect(m, queue.blocks, loader.blocks)
-        connect(m, loader.profile, profile.blocks)
         connect(m, loader.segments, walk.segments)
 
         flushed = Signal()
@@ -111,12 +119,19 @@ class BlockMotion(wiring.Component):
                                     & ~walk.busy)]
         m.d.comb += [
             queue.flush.eq(self.flush),
+            profile.blocks.valid.eq(loader.profile.valid & nominal.ready),
+            profile.blocks.payload.eq(loader.profile.payload),
+            loader.profile.ready.eq(profile.blocks.ready),
+            nominal.load.eq(loader.bound), nominal.word.eq(queue.blocks.p.data),
+            nominal.override.eq(loader.override),
+            nominal.take.eq(profile.blocks.ready), nominal.feed.eq(self.feed_override),
+            nominal.rapid.eq(self.rapid_override), profile.nominal.eq(nominal.nominal),
             profile.exit.eq(queue.exit), profile.hold.eq(self.hold),
             walk.tick.eq(profile.tick), walk.last.eq(profile.last),
             walk.load.eq(flushed), walk.position.eq(self.position),
             loader.start.eq(self.start), loader.off.eq(self.off),
             self.free.eq(queue.free), self.speed.eq(profile.speed),
-            self.paused.eq(loader.paused),
+            self.paused.eq(loader.paused), self.ended.eq(loader.ended),
             self.idle.eq(loader.idle & queue.empty),
             self.outputs.eq(loader.outputs), self.extra.eq(loader.extra), self.feed.eq(loader.feed),
             self.starved.eq(profile.starved),

@@ -5,7 +5,7 @@ from enum import IntEnum
 from amaranth import unsigned
 from amaranth.lib import data, enum
 
-__all__ = ["BLOCK_WORDS", "BlockHeader", "BlockKind", "BlockWord", "Outputs"]
+__all__ = ["BLOCK_WORDS", "BlockHeader", "BlockKind", "BlockWord", "Outputs", "OverrideKind"]
 
 
 class BlockKind(enum.Enum, shape=unsigned(3)):
@@ -17,6 +17,14 @@ class BlockKind(enum.Enum, shape=unsigned(3)):
     PAUSE = 3  # waits for a start
     END = 4  # waits for the end of motion
     PLACE = 5  # sets the place from which the next motion starts; nothing moves
+
+
+class OverrideKind(enum.Enum, shape=unsigned(2)):
+    """Which override a motion obeys."""
+
+    FEED = 0
+    RAPID = 1
+    NONE = 2
 
 
 class Outputs(data.Struct):
@@ -38,6 +46,7 @@ class BlockHeader(data.Struct):
     clockwise: unsigned(1)
     channel: data.ArrayLayout(unsigned(2), 3)
     shift: unsigned(5)
+    override: OverrideKind
 
 
 class BlockWord(IntEnum):
@@ -52,7 +61,8 @@ class BlockWord(IntEnum):
     HEADER = 0
     ENERGY = 1
     MODULUS = 3
-    NOMINAL = 5
+    FASTEST = 5  # speed that is never exceeded, in nm/s
+    HUNDREDTH = 6  # of the feed, in 2**-8 nm/s, which the override multiplies
     PLACE = 7  # of each axis, at the end, in 2**-8 step and modulo 2**36
     TURNS = 10
     X = 12
@@ -64,7 +74,7 @@ class BlockWord(IntEnum):
 BLOCK_WORDS = 16
 
 FEED_LOW = (BlockWord.MODULUS, 14, 22)
-FEED_HIGH = (BlockWord.NOMINAL, 26, 10)
+FEED_HIGH = (BlockWord.ENERGY, 26, 10)
 """Words, lowest bits, and numbers of bits of a feed in nm/s: in front of what the words are for. A
 rapid has all ones."""
 

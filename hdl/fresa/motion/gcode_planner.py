@@ -4,13 +4,13 @@ from collections.abc import Iterable, Mapping
 from fractions import Fraction
 from typing import NamedTuple
 
-from amaranth import Array, Cat, Module, Mux, Signal, signed, unsigned
+from amaranth import Array, Cat, Const, Module, Mux, Signal, signed, unsigned
 from amaranth.lib import data, enum, memory, stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from ..arithmetic import Line
 from ..arithmetic.gcode import REGISTERS, TABLES, gcode_formulas
-from ..arithmetic.line import WIDTH
+from ..arithmetic.line import OVERRIDE_SHIFT, WIDTH
 from ..checks import in_range
 from ..choice import ALL_ONES, choice_code, choose
 from ..fsm import leave_unused_codes
@@ -33,7 +33,9 @@ from .blocks import (
     BlockHeader,
     BlockKind,
     BlockWord,
+    OverrideKind,
 )
+from .overrides import NORMAL, OVERRIDE_BITS
 
 __all__ = ["HOMING", "GCodePlanner", "HomingRequest"]
 
@@ -143,7 +145,7 @@ class _Row(NamedTuple):
 
 
 _INPUTS = ("steps_now_x", "steps_now_y", "steps_now_z", "spindle", "speed_now", "distance", "feed",
-           "steps", "header", "setting", "thousandths", "flag")
+           "steps", "header", "setting", "thousandths", "flag", "override", "")
 _FLAGS = "back", "from_switch", "clockwise", "plane"
 
 ROW = data.StructLayout({"do": _Do, "source": 8, "destination": 8, "last": 1, "operand": 1,
@@ -206,9 +208,10 @@ def _block() -> Iterable[_Row]:
     yield _Row(_Do.KEEP, _register("ticks"), _Kept.LOG2_TICKS.value)
     yield _Row(_Do.KEEP, _register("feed"), _Kept.PROGRAMMED.value)
     yield _Row(_Do.HEADER, 0, BlockWord.HEADER)
-    for name, word in (("energy", BlockWord.ENERGY), ("modulus", BlockWord.MODULUS),
-                       ("nominal", BlockWord.NOMINAL)):
+    for name, word in ("energy", BlockWord.ENERGY), ("modulus", BlockWord.MODULUS):
         yield from _pair(name, word, high_first=True)
+    for name, word in ("fastest", BlockWord.FASTEST), ("hundredth", BlockWord.HUNDREDTH):
+        yield _Row(_Do.STORE, _register(name), word)
     yield from _places()
     yield _Row(_Do.PUT, Operand.SPEED, BlockWord.EXTRA)
     yield from _pair("gain", PLAN_GAIN, high_first=False)
@@ -226,6 +229,7 @@ def _line() -> Iterable[_Row]:
 
 
 def _rest_of_line() -> Iterable[_Row]:
+    yield _input("override", "override")
     yield _Row(_Do.RUN, _TABLE["line"])
     yield _Row(_Do.SKIP, _register("path"))
     yield _Row(_Do.KEEP, _register("zero"), _Kept.ARC.value)
@@ -273,6 +277,7 @@ def _arc(*, by_radius: bool) -> Iterable[_Row]:
         yield _Row(_Do.RUN_SOFT, _TABLE[name])
     yield _Row(_Do.GUARD, _register("beyond"))
     yield _Row(_Do.RUN_INVERSE, _TABLE["inverse"])
+    yield _input("override", "override")
     yield _Row(_Do.RUN, _TABLE["arc_plan"])
     for name, kept in (("1", _Kept.ARC), ("mirrored", _Kept.CLOCKWISE),
                        ("channels", _Kept.CHANNELS), ("shift", _Kept.SHIFT)):
@@ -489,6 +494,8 @@ class GCodePlanner(wiring.Component):
         committed, or ``switch`` is the place.
     switch : Out(signed(36))
         Steps from 0 to a switch.
+    feed_override, rapid_override : In(8)
+        In percent: with these the block is planned, unless it is a jog or a homing cycle.
     soft, beyond : In(1), Out(1)
         Soft limits; a motion would have left the travel.
     words : Out(stream.Signature)
@@ -538,6 +545,7 @@ class GCodePlanner(wiring.Component):
                 "address": range(BLOCK_WORDS + 4), "data": WIDTH, "last": 1}))),
             "room": In(1), "steps": In(signed(WIDTH)).array(3), "speed": In(31),
             "spindle_speed": In(WIDTH),
+            "feed_override": In(OVERRIDE_BITS), "rapid_override": In(OVERRIDE_BITS),
             "report": In(1), "reported": Out(1),
             "shown_address": In(SHOWN_BITS), "shown_read": In(1), "shown": Out(signed(UM_BITS)),
             "origin_changed": Out(1),
@@ -570,6 +578,7 @@ class GCodePlanner(wiring.Component):
         committed = Signal()  # a block, by this procedure
         outputs_last = Signal()  # the last block was one of outputs
         rapid = Signal()
+        m.d.comb += rapid.eq(header.override == OverrideKind.RAPID)
         modes = self.actions.p.modes
         programmed = Signal(FEED_BITS)
         inverse = Signal()  # of a motion, long before it is looked at
@@ -595,9 +604,12 @@ class GCodePlanner(wiring.Component):
         request = self.homing
         flag = Array([request.back, request.from_switch,
                       modes.motion == GCodeMotion.CLOCKWISE, modes.plane])[row.source[:2]]
+        override = Signal(WIDTH)
+        m.d.comb += override.eq(Mux(rapid, self.rapid_override, Mux(
+            header.override == OverrideKind.NONE, NORMAL, self.feed_override)) << OVERRIDE_SHIFT)
         inputs = [*self.steps, self.spindle_speed, self.speed, request.distance,
                   request.feed, request.steps, header.as_value(), self.setting,
-                  request.thousandths, flag]
+                  request.thousandths, flag, override, Const(0)]
         code = Signal.like(row.input)
         other = Signal(WIDTH)  # what comes neither from a register nor an operand, a clock later
         m.d.sync += [code.eq(row.input), other.eq(choose(inputs, code, WIDTH))]
@@ -665,7 +677,8 @@ class GCodePlanner(wiring.Component):
                     header.outputs.clockwise.eq(modes.clockwise),
                     header.outputs.counter_clockwise.eq(modes.counter_clockwise),
                     header.outputs.mist.eq(modes.mist), header.outputs.flood.eq(modes.flood),
-                    rapid.eq(kind == GCodeActionKind.RAPID),
+                    header.override.eq(Mux(kind == GCodeActionKind.RAPID, OverrideKind.RAPID, Mux(
+                        kind == GCodeActionKind.JOG, OverrideKind.NONE, OverrideKind.FEED))),
                     configure.eq(self.configure), starts.eq(self.begin), report.eq(self.report),
                     homing.eq(self.homing.kind), action.eq(self.actions.valid & self.room),
                 ]
@@ -678,7 +691,7 @@ class GCodePlanner(wiring.Component):
                 with m.Elif(homing == HomingRequest.PLACE):
                     begin(_Procedure.HOME_PLACE)
                 with m.Elif(homing == HomingRequest.MOVE):
-                    m.d.sync += rapid.eq(0)
+                    m.d.sync += header.override.eq(OverrideKind.NONE)
                     begin(_Procedure.HOME_X)
                     for axis, which in (1, _Procedure.HOME_Y), (2, _Procedure.HOME_Z):
                         with m.If(self.homing.axis == axis):

@@ -54,8 +54,11 @@ class SpeedProfile(wiring.Component):
     allows, through the begin of the next block if need be. At w = 0 nothing begins while it lasts.
     Then it goes on with the ticks that are left. A reset while it stands discards them.
 
-    **Exit** is sampled 7 clocks after that. It may rise at any time; after a block has been taken
-    it must be that of this block within 5 clocks. If it falls, the end may be faster than it.
+    **Nominal** is sampled 3 clocks after that: it must be that of a block from the clock after it
+    was taken. If it falls, the speed does as fast as the block allows.
+
+    **Exit** is sampled 7 clocks after that decision. It may rise at any time; after a block was
+    taken it must be that of this block within 5 clocks. If it falls, the end may be faster than it.
 
     Two ticks are never in consecutive clocks; the modulus must be at least twice the highest speed
     (of `nominal` and of ``exit``). Otherwise there are fewer ticks than there should be.
@@ -75,8 +78,9 @@ class SpeedProfile(wiring.Component):
     -------
     blocks : In(stream.Signature)
         ``energy``, from 2 up: what a tick can add to w. ``modulus``: length of path a tick times
-        clocks a second, in speeds with ``fraction_bits``. ``nominal``: w that is not
-        exceeded. ``log2_ticks``: s.
+        clocks a second, in speeds with ``fraction_bits``. ``log2_ticks``: s.
+    nominal : In(2 * speed_bits)
+        w that is not exceeded.
     exit : In(2 * speed_bits)
         Highest w at the end of the block that was taken last.
     hold : In(1)
@@ -111,8 +115,8 @@ class SpeedProfile(wiring.Component):
         super().__init__({
             "blocks": In(stream.Signature(data.StructLayout({
                 "energy": self.square_bits, "modulus": self.modulus_bits,
-                "nominal": self.square_bits, "log2_ticks": range(self.most_ticks_log2 + 1)}))),
-            "exit": In(self.square_bits), "hold": In(1),
+                "log2_ticks": range(self.most_ticks_log2 + 1)}))),
+            "nominal": In(self.square_bits), "exit": In(self.square_bits), "hold": In(1),
             "tick": Out(1), "first": Out(1), "last": Out(1), "speed": Out(self.speed_bits),
             "standing": Out(1), "starved": Out(1), "fault": Out(1)})
 
@@ -138,7 +142,7 @@ class SpeedProfile(wiring.Component):
         # Block taken last, and the granule that is computed
         energy = Signal(self.square_bits)
         modulus = Signal(self.modulus_bits)
-        nominal = Signal(self.square_bits)
+        nominal = Signal(self.square_bits)  # of the granule
         brake = Signal(self.brake_bits)  # energy of the ticks left
         left = Signal(GRANULE_BITS)  # low bits of the number of ticks left
         more = Signal()  # some are
@@ -243,6 +247,8 @@ class SpeedProfile(wiring.Component):
                     m.d.sync += [least.eq(least << 1), change.eq(change << 1), size.eq(size << 1)]
                 m.d.comb += from_brake.eq(1)
                 m.d.sync += count.eq(count + 1)
+                with m.If(count == 0):
+                    m.d.sync += nominal.eq(self.nominal)
                 subtracts(1)
                 with m.If(count == GRANULE_BITS - 2):
                     loads(EXIT)
@@ -316,10 +322,8 @@ class SpeedProfile(wiring.Component):
                 m.d.sync += [energy.eq(block.energy), modulus.eq(block.modulus), opens.eq(1)]
         # What the search needs comes a clock later, for whether one is taken takes long.
         with m.If(self.blocks.ready):
-            m.d.sync += [
-                nominal.eq(block.nominal),
-                left.eq(Mux(block.log2_ticks < GRANULE_BITS, 1 << block.log2_ticks[:3], 0)),
-            ]
+            m.d.sync += left.eq(Mux(block.log2_ticks < GRANULE_BITS, 1 << block.log2_ticks[:3],
+                                    0))
 
         # With a condition of its own the choice is no longer than needed.
         with m.If(self.blocks.ready | spends):

@@ -2,7 +2,7 @@
 
 from enum import IntEnum
 
-from amaranth import Cat, Const, Module, Mux, Signal, Value, signed
+from amaranth import Cat, Module, Mux, Signal, Value, signed
 from amaranth.lib import enum, stream, wiring
 from amaranth.lib.wiring import In, Out
 
@@ -74,11 +74,15 @@ NOTICES = {
     GCodeMessage.RESTORING: b"Restoring defaults",
 }
 
-# In texts a byte 10xxxxxx stands for a number, with a point where bit 3 is set; and 11xxxxxx for a
-# letter, without the highest bit, that is sent if the next of the pins is on.
+# In texts a byte 10xxxxxx stands for a number, with a point where bit 3 is set, but not all of the
+# lowest four; and 11xxxxxx for a letter, without the highest bit, that is sent if the next of the
+# pins is on.
 CODE, BLOCKS, BYTES, WHOLE, DECIMAL = 0x80, 0x81, 0x82, 0x85, 0x8B
 SHOWN = tuple(0x80 | number for number in ReportNumber)
 """Marks of the numbers that are read."""
+
+OVERRIDES = 0x86, 0x87, 0x8F
+"""Marks of percentages, of which none has a point."""
 
 FEED, SPEED, *PLACES = SHOWN
 POSITION, ORIGIN = tuple(PLACES[:3]), tuple(PLACES[3:])
@@ -87,12 +91,13 @@ FIELDS = (
     b"|MPos:%c,%c,%c|Bf:%c,%c|FS:%c,%c" % (*POSITION, BLOCKS, BYTES, FEED, SPEED),
     b"|Pn:" + bytes(0x80 | letter for letter in b"XYZPDHRS"),
     b"|WCO:%c,%c,%c" % ORIGIN,
-    b"|Ov:100,100,100",
+    b"|Ov:%c,%c,%c" % OVERRIDES,
+    b"|A:" + bytes(0x80 | letter for letter in b"SCFM"),
     b">\r\n",
 )
 """Of a report, after its state; those between the first and the last are intermittent."""
 
-ALWAYS, HAS_PINS, HAS_ORIGIN, HAS_OVERRIDES, HAS_END = range(len(FIELDS))
+ALWAYS, HAS_PINS, HAS_ORIGIN, HAS_OVERRIDES, HAS_ACCESSORIES, HAS_END = range(len(FIELDS))
 OK, ERROR, ALARM = range(len(FIELDS), len(FIELDS) + 3)
 BREAK = ALARM + 1  # of a line whose rest does not come
 LISTS, STATES, MESSAGES = 16, 32, 48
@@ -117,8 +122,9 @@ class GCodeReporter(wiring.Component):
     A report is ``<state|MPos:x,y,z|Bf:blocks,bytes|FS:feed,speed>``, with further fields before
     its end: ``Pn:`` and the letters of the pins that are on, if any is; ``WCO:`` in the first
     report, in the first after `origin_changed`, and in every 30th after that, every 10th in a state
-    in which nothing moves; ``Ov:`` in the next report, and then in every 20th or 10th that has no
-    ``WCO:``. Requests while one waits are dropped.
+    in which nothing moves; ``Ov:`` in the next report, in the first without ``WCO:`` after
+    `overridden`, and then in every 20th or 10th that has no ``WCO:``, with ``A:`` and the letters
+    of the accessories behind it, if any is on. Requests while one waits are dropped.
 
     The texts are in one ROM, together with marks where numbers and letters of pins belong, and one
     writer of decimal numbers serves them all. A number is read when its mark comes, or sampled when
@@ -177,6 +183,12 @@ class GCodeReporter(wiring.Component):
         addresses none is of interest. Never in two clocks in succession.
     origin_changed : In(1)
         The origin is another from this clock on.
+    overridden : In(1)
+        An override or an accessory is another from this clock on.
+    overrides : In(8) x 3
+        Of feed, rapids and spindle, in percent.
+    accessories : In(4)
+        Those that are on: spindle clockwise, counter-clockwise, flood, mist.
     free_blocks, free_bytes : In(8)
         Room in the queue of blocks and in the buffer of bytes.
     pins : In(8)
@@ -209,7 +221,8 @@ class GCodeReporter(wiring.Component):
             "request": In(1), "reporting": Out(1),
             "state": In(GCodeState), "substate": In(2),
             "number_address": Out(4), "number_read": Out(1), "number": In(signed(position_bits)),
-            "origin_changed": In(1), "free_blocks": In(8), "free_bytes": In(8), "pins": In(8),
+            "origin_changed": In(1), "overridden": In(1), "overrides": In(8).array(3),
+            "accessories": In(4), "free_blocks": In(8), "free_bytes": In(8), "pins": In(8),
             "bytes": Out(stream.Signature(8)),
             "fault": Out(1),
         })
@@ -222,7 +235,8 @@ class GCodeReporter(wiring.Component):
 
         text = Signal.like(texts.numbers.payload)
         code = Signal(8)  # of an answer, an alarm or a part, or the substate
-        pins = Signal(8)  # the lowest is the next
+        pins = Signal(8)  # or accessories; the lowest is the next
+        accessories = Signal(4)
         fields = Signal(len(FIELDS))  # of the report, still to be sent
         waiting = Signal()  # a report
         answer_first = Signal()
@@ -249,9 +263,9 @@ class GCodeReporter(wiring.Component):
         with m.If(done):
             m.d.sync += full.eq(0)
 
-        source = Signal(4)  # of a number, by a code
+        source = Signal(5)  # of a number, by a code
         codes = {mark & 0xF: choice_code(number)
-                 for number, mark in enumerate((SHOWN[0], WHOLE, CODE, BLOCKS, BYTES))}
+                 for number, mark in enumerate((SHOWN[0], WHOLE, CODE, BLOCKS, BYTES, *OVERRIDES))}
         codes |= {mark & 0xF: codes[SHOWN[0] & 0xF] for mark in SHOWN}
         codes[DECIMAL & 0xF] = codes[WHOLE & 0xF]
         m.d.comb += [self.number_address.eq(item), self.number_read.eq(full & ~read)]
@@ -264,9 +278,9 @@ class GCodeReporter(wiring.Component):
             is_sent.eq((item[7] == 0) | (is_pin & pins[0])),
             texts.numbers.payload.eq(text),
             writer.numbers.payload.eq(choose(
-                [self.number, value, code, self.free_blocks, self.free_bytes, Const(0)], source,
-                self._writer.shape.width)),
-            writer.pointed.eq(item[3]),
+                [self.number, value, code, self.free_blocks, self.free_bytes, *self.overrides],
+                source, self._writer.shape.width)),
+            writer.pointed.eq(item[3] & ~item[:3].all()),
             writer.bytes.ready.eq(self.bytes.ready),
             self.bytes.valid.eq(writer.bytes.valid),
             self.bytes.payload.eq(Mux(writer.numbers.ready, item[:7], writer.bytes.payload)),
@@ -343,9 +357,11 @@ class GCodeReporter(wiring.Component):
                 m.d.sync += [
                     text.eq(STATES + self.state.as_value()),
                     code.eq(self.substate),
-                    pins.eq(self.pins),
+                    pins.eq(self.pins), accessories.eq(self.accessories),
                     fields.eq(1 << ALWAYS | self.pins.any() << HAS_PINS | has_origin << HAS_ORIGIN
-                              | has_overrides << HAS_OVERRIDES | 1 << HAS_END),
+                              | has_overrides << HAS_OVERRIDES
+                              | (has_overrides & self.accessories.any()) << HAS_ACCESSORIES
+                              | 1 << HAS_END),
                 ]
                 m.next = "ASK"
 
@@ -371,6 +387,8 @@ class GCodeReporter(wiring.Component):
                         with m.If(fields[number]):
                             m.d.sync += text.eq(number)
                             m.next = "ASK"
+                    with m.If(fields[:HAS_ACCESSORIES + 1] == 1 << HAS_ACCESSORIES):
+                        m.d.sync += pins.eq(accessories)
 
             with m.State("FAULT"):
                 pass
@@ -400,6 +418,8 @@ class GCodeReporter(wiring.Component):
                 m.d.sync += overrides_left.eq(overrides_left - 1)
         with m.If(self.origin_changed):
             m.d.sync += origin_left.eq(0)
+        with m.If(self.overridden):
+            m.d.sync += overrides_left.eq(0)
         return has_origin, has_overrides
 
 

@@ -74,9 +74,13 @@ def _legal(rng: random.Random) -> bytes:
     line += rng.choice([b"\n", b"\n", b"\r\n", b"\r"])
     if rng.random() < 0.1:
         place = rng.randrange(len(line) + 1)
-        line = line[:place] + rng.choice([b"?", b"?", b"!~", b"~", b"\x85"]) + line[place:]
+        line = line[:place] + rng.choice(COMMANDS) + line[place:]
     return line
 
+
+COMMANDS = (b"?", b"?", b"?", b"!~", b"~", b"\x85", *(
+    bytes([code]) for code in (0x90, 0x91, 0x93, 0x94, 0x95, 0x96, *range(0x99, 0x9F), 0xA0, 0xA1)))
+"""Commands within lines: none that makes motion much slower."""
 
 ANEW = b"~\x18" + bytes(400) + b"\n"
 """A reset, and bytes of value 0, which are skipped, for the time in which it brakes."""

@@ -21,7 +21,8 @@ SQUARED = (
 HOMING = 60_000
 """Clocks after which the next axis has its turn."""
 
-REALTIME = (b"?", b"?", b"?", b"!", b"~", b"~", b"~", b"\x18", b"\x84", b"\x85", b"\x90")
+REALTIME = (b"?", b"?", b"?", b"!", b"~", b"~", b"~", b"\x18", b"\x84", b"\x85", b"\x90",
+            b"\x91", b"\x92", b"\x96", b"\x95", b"\x9b", b"\x9e", b"\xa0", b"\xa1")
 OTHERS = (b"M3 S1000", b"M5", b"M8", b"M9", b"M7", b"G4 P0.001", b"G4", b"M0", b"M2", b"G92 X1",
           b"G92.1", b"G10 L2 P1 X0.5", b"G54", b"G55", b"G20", b"G21", b"G91", b"G90", b"G28",
           b"$J=G91 X0.2 F900", b"$J=X0 Y0 F9000", b"$J=G0 X1 F1",

@@ -117,16 +117,20 @@ def compare(machine: Machine, path: ArcPath, feed: int, before: list[int]) -> No
 
     least = min(path.arc, abs(path.across) or path.arc)
     limit_part = part + path.length / least / 2**33
-    speed, acceleration = machine.get("speed"), machine.get("acceleration")
+    fastest, acceleration = machine.get("fastest"), machine.get("acceleration")
     clocks = max(128, 4 * machine.get("turns"))
-    wanted = min(path.speed(feed, line.speeds, line.accelerations),
+    wanted = min(path.speed(2**34, line.speeds, line.accelerations),
                  path.length * line.clock / clocks)
     # The less a component is, the fewer bits it has. The speed on the circle is rounded
     # down to nm/s.
-    assert near(speed, wanted, part=limit_part + 1 / path.top(line.accelerations), off=3)
+    assert near(fastest, wanted, part=limit_part + 1 / path.top(line.accelerations), off=3)
     assert near(acceleration, min((1 << 34) - 1, path.acceleration(line.accelerations)),
                 part=limit_part, off=3)
-    assert machine.pair("nominal") == speed * speed
+    hundredth = max(28, -(-256 * feed // 100))
+    assert machine.get("hundredth") == hundredth
+    assert machine.pair("nominal") == min(hundredth * 100 // 256, fastest)**2
+    speed = machine.get("speed")
+    assert speed == min(hundredth, fastest)
     ticks, gain = machine.get("ticks"), 2 * acceleration * path.length
     assert near(machine.pair("gain"), max(128, gain), part=part, off=1 << ticks)
     assert machine.pair("energy") == machine.pair("gain") >> ticks >= 2
@@ -256,7 +260,7 @@ class TestTables:
     def test_take_their_clocks(self):
         assert {table.name: table.clocks(36) for table in TABLES if "arc" in table.name} == {
             "arc_plane": 423, "arc_centre": 893, "arc_check": 537, "arc_path": 3915,
-            "arc_plan": 2133}
+            "arc_plan": 2245}
 
     @pytest.mark.parametrize("seed", range(4))
     def test_are_exact_for_random_programs(self, seed):

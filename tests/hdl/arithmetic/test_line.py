@@ -53,7 +53,8 @@ def moves(rng: random.Random) -> list[int]:
     return [min(CORNER, max(-CORNER, round(each * length))) for each in way]
 
 
-def check(machine: Machine, start: list[int], end: list[int], before: list[int], feed: int) -> None:
+def check(machine: Machine, start: list[int], end: list[int], before: list[int], feed: int,
+          percent: int = 100) -> None:
     """Compare all results of a line with exact numbers."""
     line = machine.line
     places = [place(at, steps) for at, steps in zip(start, line.steps, strict=True)]
@@ -68,10 +69,15 @@ def check(machine: Machine, start: list[int], end: list[int], before: list[int],
     unit = machine.each("unit")
     assert all(abs(a - b) <= 2 for a, b in zip(unit, path.unit(), strict=True))
 
+    fastest = machine.get("fastest")
+    assert fastest in Bounds(path.speed(SIZE, line.speeds, line.clock, short=1) * small - 1,
+                             path.speed(SIZE, line.speeds, line.clock))
+    hundredth = max(28, -(-256 * feed // 100))
+    assert machine.get("hundredth") == hundredth
+    assert hundredth == 28 or hundredth * 100 // 256 == feed
+    assert machine.pair("nominal") == min(hundredth * percent // 256, fastest)**2
     speed = machine.get("speed")
-    assert machine.pair("nominal") == speed * speed
-    assert speed in Bounds(path.speed(feed, line.speeds, line.clock, short=1) * small - 1,
-                           path.speed(feed, line.speeds, line.clock))
+    assert speed == min(hundredth, fastest)
 
     acceleration = machine.get("acceleration")
     top = (1 << 34) - 1
@@ -112,7 +118,7 @@ def check_junction(machine: Machine, unit: list[int], before: list[int]) -> None
 class TestTables:
     def test_take_their_clocks(self):
         assert {table.name: table.clocks(36) for table in TABLES} == {
-            "line": 2613, "accept": 69, "report": 723, "begin": 471, "round": 399}
+            "line": 2725, "accept": 69, "report": 723, "begin": 471, "round": 399}
 
     @pytest.mark.parametrize("seed", range(4))
     def test_are_exact_for_random_programs(self, seed):
@@ -127,12 +133,12 @@ class TestTables:
             for _ in range(10):
                 to = [min(CORNER, max(-CORNER, a + b))
                       for a, b in zip(at, moves(rng), strict=True)]
-                feed = number(rng, 31)
-                machine.set(feed=feed, **{f"to_{axis}": word
+                feed, percent = number(rng, 31), rng.choice([100, 10, 200, rng.randint(10, 200)])
+                machine.set(feed=feed, override=percent << 28, **{f"to_{axis}": word
                                           for axis, word in zip(AXES, to, strict=True)})
                 before = machine.each("unit_before")
                 machine.run("line")
-                check(machine, at, to, before, feed)
+                check(machine, at, to, before, feed, percent)
                 if at != to:
                     machine.run("accept")
                     at = to

@@ -2,6 +2,7 @@
 
 """`gcode` from the bytes of its line to the steps at its pins."""
 
+import math
 import random
 import re
 from dataclasses import replace
@@ -874,3 +875,99 @@ def test_a_door_that_opens_ends_a_jog_and_holds(session):
     assert 0 < session.position[0] < 4 * STEPS
     assert session.send("G0X0\n") == ["ok"]
     assert session.at(0, 0, 0)
+
+
+def report(session) -> str:
+    (line,) = session.send("?", wait=False)
+    return line
+
+
+def ideal_clocks(length: float, speed: float) -> float:
+    """Return the clocks from the first to the last step of a motion in mm, with a speed in mm/s."""
+    acceleration, first = 1000, 0.5 / STEPS
+    speed = min(speed, (acceleration * length)**0.5)
+    seconds = length / speed + speed / acceleration - 2 * (2 * first / acceleration)**0.5
+    return seconds * SETTINGS.clock
+
+
+def clocks_of(session, line: str) -> int:
+    """Return the clocks from the first to the last step of a line."""
+    session.path.clear()
+    assert session.send(line) == ["ok"]
+    return session.path[-1][0] - session.path[0][0]
+
+
+class TestOverrides:
+    @pytest.mark.parametrize(("line", "commands", "length", "speed", "shown"), [
+        ("G91 G1 X2 F1200\n", "\x91\x91\x91\x94", 2, 25.8, "129,100,100"),
+        ("G91 G1 X2 F1200\n", "\x92" * 12, 2, 2, "10,100,100"),
+        ("G91 G1 X2 F1200\n", "\x91" * 11 + "\x95\x96", 2, 40, "200,50,100"),
+        ("G91 G1 X2 F1200\n", "\x91\x93\x90", 2, 20, "100,100,100"),
+        ("G91 G0 X4\n", "\x96\x91", 4, 50, "110,50,100"),
+        ("G91 G0 X4\n", "\x97\x92", 4, 25, "90,25,100"),
+        ("G91 G1 X12 F5900\n", "\x91" * 10, 12, 100, "200,100,100")])
+    def test_speeds_are_multiplied_and_shown(self, session, line, commands, length, speed, shown):
+        session.send(commands, wait=False)
+        assert f"|Ov:{shown}" in report(session) + report(session)
+        assert clocks_of(session, line) == pytest.approx(ideal_clocks(length, speed), rel=0.01)
+
+    def test_an_arc_has_the_feed_that_is_multiplied(self, session):
+        session.send("\x92" * 5, wait=False)
+        assert clocks_of(session, "G91 G2 X2 I1 F1200\n") == pytest.approx(
+            ideal_clocks(math.pi, 10), rel=0.02)
+
+    def test_what_moves_and_what_is_planned_obeys_at_once(self, session):
+        session.send("G91 G1 X2 F600\nX2 F1200\n", wait=False)
+        session.send("\x92" * 5, wait=False)
+        session.run(150_000)
+        assert "|FS:300," in report(session)
+        session.send("\x91" * 9, wait=False)
+        session.run(200_000)
+        assert "|FS:840," in report(session)
+        session.send("")
+        assert session.at(4, 0, 0)
+
+    def test_no_override_changes_a_jog_and_a_reset_and_the_end_restore_all(self, session):
+        normal = clocks_of(session, "$J=G91X2F1200\n")
+        session.send("\x92\x92\x97\x9b", wait=False)
+        assert clocks_of(session, "$J=G91X2F1200\n") == pytest.approx(normal, abs=4)
+        for ends in "\x18", "M30\n":
+            session.send("\x92\x97\x9b", wait=False)
+            assert "|Ov:100,100,100" not in report(session) + report(session)
+            session.send(ends)
+            assert "|Ov:100,100,100" in report(session) + report(session)
+
+    def test_the_spindle_is_faster_and_stops_during_a_hold(self, session):
+        session.send("$30=1000\nM3 S400\n")
+        session.run(20_000)
+        session.send("\x9a\x9a\x9a\x9c\x9d\x9b", wait=False)
+        assert "|Ov:100,100,120|A:S>" in report(session) + report(session)
+        session.run(20_000)
+        assert share(session, "pwm", 100_000) == pytest.approx(0.48, abs=0.003)
+        session.send("\x9e", wait=False)
+        assert session.engine.get("spindle") == 1
+        session.send("G91 G1 X2 F600\n", wait=False)
+        session.send("!", wait=False)
+        session.run(20_000)
+        session.send("\x9e", wait=False)
+        assert session.engine.get("spindle", "pwm") == (0, 0)
+        assert "A:" not in report(session) + report(session)
+        session.send("\x9e", wait=False)
+        assert session.engine.get("spindle") == 1
+        session.send("\x9e", wait=False)
+        session.send("~")
+        assert session.engine.get("spindle") == 1
+        assert session.at(2, 0, 0)
+
+    def test_coolant_is_switched_by_hand_until_the_program_switches_it(self, session):
+        session.send("M8\n")
+        assert session.engine.get("flood", "mist") == (1, 0)
+        session.send("\xa0\xa1", wait=False)
+        assert session.engine.get("flood", "mist") == (0, 1)
+        assert "|A:M>" in report(session) + report(session)
+        session.send("M9\n")
+        assert session.engine.get("flood", "mist") == (0, 1)
+        session.send("\xa1\xa0", wait=False)
+        assert session.engine.get("flood", "mist") == (1, 0)
+        session.send("M8\n")
+        assert session.engine.get("flood", "mist") == (1, 0)

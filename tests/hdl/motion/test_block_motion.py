@@ -27,7 +27,8 @@ class Machine:
 
     def __init__(self, engine: Engine) -> None:
         self.engine = engine
-        engine.set(made=1, **{f"steps_{axis}": steps for axis, steps in enumerate(SETTINGS.steps)})
+        engine.set(made=1, feed_override=100, rapid_override=100,
+                   **{f"steps_{axis}": steps for axis, steps in enumerate(SETTINGS.steps)})
         engine.run(1)
         self.steps: list[list[tuple[int, int]]] = [[], [], []]  # clock and way, of each axis
         self.starved = 0

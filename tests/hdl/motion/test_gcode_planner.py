@@ -10,7 +10,7 @@ from math import atan2, cos, hypot, pi, sin, tau
 import pytest
 
 from fresa.arithmetic import Line
-from fresa.motion.blocks import BlockHeader, BlockKind, BlockWord
+from fresa.motion.blocks import BlockHeader, BlockKind, BlockWord, OverrideKind
 from fresa.motion.gcode_planner import GCodePlanner, HomingRequest
 from fresa.protocol import SETTINGS as SETTING_LIST
 from fresa.protocol import (
@@ -43,7 +43,8 @@ class Machine:
         self.committed = 0
         self.words: dict[int, int] = {}
         self.positions: list[int] = []
-        engine.set(words_ready=1, positions_ready=1, room=1)
+        engine.set(words_ready=1, positions_ready=1, room=1, feed_override=100,
+                   rapid_override=100)
         engine.run(1)
 
     def clock(self) -> None:
@@ -131,6 +132,12 @@ def check(engine: Engine, seed: int, count: int) -> None:
             GCodeActionKind.RAPID, GCodeActionKind.DWELL, GCodeActionKind.SPINDLE,
             GCodeActionKind.COOLANT, GCodeActionKind.PAUSE, GCodeActionKind.OFFSETS])
         modes = {name: rng.getrandbits(1) for name in ("clockwise", "mist", "flood")}
+        if rng.random() < 0.3:
+            model.feed_override = rng.choice([10, 99, 100, 200, rng.randint(10, 200)])
+            model.rapid_override = rng.choice([25, 50, 100])
+            engine.set(feed_override=model.feed_override, rapid_override=model.rapid_override)
+        percent = (model.rapid_override if kind == GCodeActionKind.RAPID
+                   else model.feed_override)
         inverse = rng.random() < 0.2
         words = machine.do(kind, operands, inverse=inverse, **modes)
         if kind == GCodeActionKind.OFFSETS:
@@ -161,13 +168,11 @@ def check(engine: Engine, seed: int, count: int) -> None:
             assert header.kind == BlockKind.MOTION
             assert [header.channel[axis] for axis in range(3)] == [0, 1, 2]
             assert not header.arc
-            assert block == MotionBlock(
-                pair(words, BlockWord.ENERGY), pair(words, BlockWord.MODULUS) % (1 << 50),
-                pair(words, BlockWord.NOMINAL) % (1 << 62), header.log2_ticks,
-                words[16] + words[17] * WORD, limit,
-                tuple(words[BlockWord.PLACE + axis] for axis in range(3)))
+            assert block == motion(words, percent)
+            assert header.override == (OverrideKind.RAPID if kind == GCodeActionKind.RAPID
+                                       else OverrideKind.FEED)
             assert words[BlockWord.EXTRA] == operands[Operand.SPEED]
-            programmed = (words[BlockWord.MODULUS] >> 14) + (words[BlockWord.NOMINAL] >> 26 << 22)
+            programmed = (words[BlockWord.MODULUS] >> 14) + (words[BlockWord.ENERGY] >> 26 << 22)
             if kind == GCodeActionKind.RAPID:
                 assert programmed == (1 << 32) - 1
             elif not inverse:
@@ -199,11 +204,13 @@ def design() -> Design:
     return planner()
 
 
-def motion(words: Mapping[int, int]) -> MotionBlock:
-    """Return what the words of a block say of a motion."""
+def motion(words: Mapping[int, int], percent: int = 100) -> MotionBlock:
+    """Return what the words of a block say of a motion, with an override."""
+    hundredth, fastest = words[BlockWord.HUNDREDTH], words[BlockWord.FASTEST]
     return MotionBlock(
-        pair(words, BlockWord.ENERGY), pair(words, BlockWord.MODULUS) % (1 << 50),
-        pair(words, BlockWord.NOMINAL) % (1 << 62), BlockHeader.from_bits(words[0]).log2_ticks,
+        pair(words, BlockWord.ENERGY) % (1 << 62), pair(words, BlockWord.MODULUS) % (1 << 50),
+        BlockHeader.from_bits(words[0]).log2_ticks, hundredth, fastest,
+        min(hundredth * percent // 256, fastest)**2,
         words[16] + words[17] * WORD, words[18] + words[19] * WORD,
         tuple(words[BlockWord.PLACE + axis] for axis in range(3)))
 

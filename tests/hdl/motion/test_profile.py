@@ -36,12 +36,17 @@ def any_blocks(rng: random.Random) -> list[tuple[Block, int]]:
 class Bench:
     """The profile, with blocks, holds and an exit by the clock, as its model has them."""
 
-    def __init__(self, blocks, exits, holds=()) -> None:
-        self.blocks, self.exits, self.holds = blocks, exits, holds
+    def __init__(self, blocks, exits, holds=(), percents=(100,)) -> None:
+        self.blocks, self.exits, self.holds, self.percents = blocks, exits, holds, percents
         self.model = ProfileModel(blocks, lambda _, clock: exits(clock), holds, speed_bits=SPEED,
-                                  fraction_bits=FRACTION)
+                                  fraction_bits=FRACTION, nominals=self.nominal)
         self.taken: list[int] = []
         self.starved: list[int] = []
+
+    def nominal(self, number: int, clock: int) -> int:
+        """Return the square that a block may have: by an override that changes now and then."""
+        percent = self.percents[clock // 64 % len(self.percents)]
+        return self.blocks[number][0].nominal * percent // 100
 
     def expected(self, clocks: int) -> tuple[dict[int, tuple[int, int]], list[Granule]]:
         """Return, of each clock with a tick, whether it is a block's first or last."""
@@ -90,12 +95,11 @@ class Bench:
         number = len(self.taken)
         offered = number < len(self.blocks) and self.blocks[number][1] <= clock
         engine.set(blocks_valid=int(offered), hold=bisect_right(self.holds, clock) % 2,
-                   exit=self.exits(clock))
+                   exit=self.exits(clock), nominal=self.nominal(number - 1, clock) if number else 0)
         if offered:
             block = self.blocks[number][0]
             engine.set(blocks_payload=block.energy | block.modulus << SQUARE
-                       | block.nominal << SQUARE + MODULUS
-                       | block.log2_ticks << 2 * SQUARE + MODULUS)
+                       | block.log2_ticks << SQUARE + MODULUS)
             if engine.get("blocks_ready"):
                 self.taken.append(clock)
 
@@ -109,6 +113,11 @@ class TestSpeedProfile:
         holds = sorted(rng.sample(range(clocks), rng.choice([0, 2, 4])))
         Bench(any_blocks(rng), lambda clock: exits[clock // 50] if clock < 50 * clocks else 0,
               holds).run(clocks)
+
+    def test_obeys_a_nominal_speed_that_changes(self):
+        rng = random.Random(9)
+        Bench(any_blocks(rng), lambda clock: 4**SPEED - 1 if clock < 900 else 0,
+              percents=[100, 4, 60, 1, 30]).run(1200)
 
 
 class TestModel:

@@ -14,6 +14,7 @@ from tb.models.gcode_report import MESSAGES, STATES, Reports, Sample, alarm, ans
 BITS = 27
 LEAST, MOST = -2**(BITS - 1), 2**(BITS - 1) - 1
 LETTERS = "XYZPDHRS"
+ACCESSORIES = "SCFM"
 
 
 class Line:
@@ -35,7 +36,9 @@ class Line:
         self.engine.set(
             state=STATES.index(sample.state), substate=sample.substate,
             free_blocks=sample.blocks, free_bytes=sample.room,
-            pins=sum(1 << LETTERS.index(letter) for letter in sample.pins))
+            pins=sum(1 << LETTERS.index(letter) for letter in sample.pins),
+            accessories=sum(1 << ACCESSORIES.index(letter) for letter in sample.accessories),
+            **{f"overrides_{which}": each for which, each in enumerate(sample.overrides)})
 
     def run(self, clocks: int = 1, **inputs: int) -> dict[str, bool]:
         """Run some clocks; return which of the streams were taken in the last of them."""
@@ -58,6 +61,8 @@ class Line:
                 self.expect("message", MESSAGES[GCodeMessage(inputs["messages_payload"]).name])
             if inputs.get("origin_changed"):
                 self.reports.change_origin()
+            if inputs.get("overridden"):
+                self.reports.change_overrides()
             if valid and ready:
                 self.sent.append(byte)
                 assert self.expected.startswith(self.sent[-1:], len(self.sent) - 1), self.sent
@@ -95,7 +100,9 @@ def random_sample(rng) -> Sample:
         rng.choice(STATES), rng.randrange(4), [position() for _ in "xyz"],
         [position() for _ in "xyz"], rng.randrange(256), rng.randrange(256),
         rng.randrange(2**(BITS - 1)) >> rng.randrange(BITS), rng.randrange(30_000),
-        "".join(letter for letter in LETTERS if rng.random() < 0.3))
+        "".join(letter for letter in LETTERS if rng.random() < 0.3),
+        [rng.randrange(256) for _ in range(3)],
+        "".join(letter for letter in ACCESSORIES if rng.random() < 0.3))
 
 
 @pytest.fixture(scope="module")
@@ -107,7 +114,7 @@ def engine():
 @pytest.fixture
 def line(engine):
     engine.set(rst=1, bytes_ready=0, answers_valid=0, alarms_valid=0, messages_valid=0,
-               request=0, origin_changed=0)
+               request=0, origin_changed=0, overridden=0)
     engine.run(1)
     engine.set(rst=0)
     return Line(engine)
@@ -142,6 +149,12 @@ def test_origin_and_overrides_come_now_and_then(line, state):
     line.run(origin_changed=1)
     line.run(origin_changed=0)
     assert b"|WCO:" in line.report(Sample(state))
+    line.report(Sample(state))
+    line.run(overridden=1)
+    line.run(overridden=0)
+    changed = Sample(state, pins="YS", overrides=(10, 25, 200), accessories="CM")
+    assert line.report(changed).endswith(b"|Pn:YS|Ov:10,25,200|A:CM>\r\n")
+    assert b"Ov" not in line.report(changed)
 
 
 @pytest.mark.parametrize("share", [0.15, 1.0])
@@ -163,8 +176,10 @@ def test_everything_at_once(line, share):
         if not line.was_reporting and rng.random() < 0.05:
             line.show(random_sample(rng))
         taken = line.run(**inputs, request=int(rng.random() < 0.002),
-                         origin_changed=int(rng.random() < 0.0005))
-    line.run(2000, answers_valid=0, alarms_valid=0, messages_valid=0, request=0, origin_changed=0)
+                         origin_changed=int(rng.random() < 0.0005),
+                         overridden=int(rng.random() < 0.001))
+    line.run(2000, answers_valid=0, alarms_valid=0, messages_valid=0, request=0, origin_changed=0,
+             overridden=0)
     line.share = 1
     line.run(3000)
     assert line.sent == line.expected

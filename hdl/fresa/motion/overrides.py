@@ -1,0 +1,132 @@
+"""What an operator changes while a program runs: feed, rapids, spindle and coolant."""
+
+from amaranth import Cat, Module, Mux, Signal, signed
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+
+from ..protocol import RealtimeCode
+from .blocks import Outputs
+
+__all__ = ["NORMAL", "OVERRIDE_BITS", "Overrides"]
+
+OVERRIDE_BITS = 8
+"""Bits of a percentage."""
+
+NORMAL, LEAST, MOST = 100, 10, 200
+"""Percentages at first, and the bounds of those of feed and spindle."""
+
+
+_STEPS = (RealtimeCode.FEED_RESET, RealtimeCode.SPINDLE_RESET), (
+    (RealtimeCode.FEED_PLUS_10, RealtimeCode.SPINDLE_PLUS_10, 10),
+    (RealtimeCode.FEED_MINUS_10, RealtimeCode.SPINDLE_MINUS_10, -10),
+    (RealtimeCode.FEED_PLUS_1, RealtimeCode.SPINDLE_PLUS_1, 1),
+    (RealtimeCode.FEED_MINUS_1, RealtimeCode.SPINDLE_MINUS_1, -1))
+
+
+class Overrides(wiring.Component):
+    """Keeps the overrides of GRBL, and changes them by its real-time commands.
+
+    Feed and spindle change by 10 or 1, and stay from 10 to 200 %. Rapids have 100, 50 or 25 %. A
+    change shows in the second clock after its command.
+
+    Spindle stop counts while it holds and stands: the spindle is off, and on again at the next one,
+    or when the hold ends. Flood and mist are what the program has not switched, from their commands
+    until the program switches them.
+
+    Members
+    -------
+    command, code : In(1), In(8)
+        A real-time command, as of :class:`RealtimeFilter`.
+    restore : In(1)
+        Make all percentages 100, and what the program switches be on alone, in this clock.
+    switches : In(1)
+        Coolant may be switched.
+    standing : In(1)
+        A hold stands.
+    program : In(Outputs)
+        What the program switches.
+    feed, rapid, spindle : Out(8)
+        In percent.
+    outputs : Out(Outputs)
+        What is on.
+    changed : Out(1)
+        A percentage has changed, or may have, or an output: for one clock, after it shows.
+    """
+
+    command: In(1)
+    code: In(8)
+    restore: In(1)
+    switches: In(1)
+    standing: In(1)
+    program: In(Outputs)
+    feed: Out(OVERRIDE_BITS, init=NORMAL)
+    rapid: Out(OVERRIDE_BITS, init=NORMAL)
+    spindle: Out(OVERRIDE_BITS, init=NORMAL)
+    outputs: Out(Outputs)
+    changed: Out(1)
+
+    def elaborate(self, platform) -> Module:
+        m = Module()
+        # One adder for both: what it adds is known a clock before.
+        feeds, spins, resets = Signal(), Signal(), Signal()
+        change = Signal(signed(5))
+        total = Signal(signed(OVERRIDE_BITS + 2))
+        bounded = Signal(OVERRIDE_BITS)
+        code, before = self.code, Signal(Outputs)
+        (feed_reset, spindle_reset), steps = _STEPS
+        m.d.sync += [
+            feeds.eq(self.command & Cat(
+                code == each.value for each in (feed_reset, *(step[0] for step in steps))).any()),
+            spins.eq(self.command & Cat(
+                code == each.value
+                for each in (spindle_reset, *(step[1] for step in steps))).any()),
+            resets.eq((code == feed_reset.value) | (code == spindle_reset.value)),
+            self.changed.eq(feeds | spins | self.restore | (before != self.outputs)),
+            before.eq(self.outputs),
+        ]
+        with m.Switch(code):
+            for of_feed, of_spindle, by in steps:
+                with m.Case(of_feed.value, of_spindle.value):
+                    m.d.sync += change.eq(by)
+        m.d.comb += [total.eq(Mux(spins, self.spindle, self.feed) + change),
+                     bounded.eq(Mux(total < LEAST, LEAST, Mux(total > MOST, MOST, total)))]
+        with m.If(resets):
+            m.d.comb += bounded.eq(NORMAL)
+        with m.If(feeds):
+            m.d.sync += self.feed.eq(bounded)
+        with m.If(spins):
+            m.d.sync += self.spindle.eq(bounded)
+        for which, percent in ((RealtimeCode.RAPID_RESET, NORMAL), (RealtimeCode.RAPID_HALF, 50),
+                               (RealtimeCode.RAPID_QUARTER, 25)):
+            with m.If(self.command & (code == which.value)):
+                m.d.sync += [self.rapid.eq(percent), self.changed.eq(1)]
+        with m.If(self.restore):
+            m.d.sync += [self.feed.eq(NORMAL), self.rapid.eq(NORMAL), self.spindle.eq(NORMAL),
+                         feeds.eq(0), spins.eq(0)]
+        self._switch(m)
+        return m
+
+    def _switch(self, m: Module) -> None:
+        """Switch spindle and coolant."""
+        stopped = Signal()
+        flooded = Signal()
+        misted = Signal()
+        with m.If(~self.standing):
+            m.d.sync += stopped.eq(0)
+        with m.Elif(self.command & (self.code == RealtimeCode.SPINDLE_STOP.value)):
+            m.d.sync += stopped.eq(~stopped)
+        program = self.program
+        for which, switched, mine in ((RealtimeCode.FLOOD, flooded, program.flood),
+                                      (RealtimeCode.MIST, misted, program.mist)):
+            before = Signal(name=f"{which.name.lower()}_before")
+            m.d.sync += before.eq(mine)
+            with m.If((before != mine) | self.restore):
+                m.d.sync += switched.eq(0)
+            with m.Elif(self.switches & self.command & (self.code == which.value)):
+                m.d.sync += switched.eq(~switched)
+        m.d.comb += [
+            self.outputs.clockwise.eq(program.clockwise & ~stopped),
+            self.outputs.counter_clockwise.eq(program.counter_clockwise & ~stopped),
+            self.outputs.flood.eq(program.flood ^ flooded),
+            self.outputs.mist.eq(program.mist ^ misted),
+        ]

@@ -1,0 +1,73 @@
+"""Contract of overrides: what commands make of percentages, and of outputs."""
+
+from amaranth import Cat, Mux, Value
+
+from fresa.motion import Overrides
+
+from .contract import Bits, Case, Component, Contract
+
+__all__ = ["OVERRIDES"]
+
+SPINDLE_STOP, FLOOD, MIST = 0x9E, 0xA0, 0xA1
+
+
+def describe(c: Contract, dut: Overrides) -> None:
+    """By the codes of the bytes, as GRBL has them."""
+    known = c.past(~c.rst)
+    came = c.past(dut.command & ~c.rst & ~dut.restore)
+    code = c.past(dut.code)
+    restored = known & c.past(dut.restore)
+    c.implication("restored", "All are 100 % when they are restored.", when=restored,
+                  then=Cat(each == 100 for each in (dut.feed, dut.rapid, dut.spindle)).all())
+    two = known & c.past(came & ~dut.restore)
+    earlier = c.past(code)
+    for name, percent, first in ("feed", dut.feed, 0x90), ("spindle", dut.spindle, 0x99):
+        before = c.past(percent)
+        mine = two & (earlier >= first) & (earlier <= first + 4)
+        c.invariant(f"{name}-in-range", "A percentage is from 10 to 200.",
+                    (percent >= 10) & (percent <= 200), cover=percent == 110)
+        c.implication(f"{name}-is-reset", "It is 100 after a reset of it.",
+                      when=mine & (earlier == first), then=percent == 100)
+        for offset, change in (1, 10), (2, -10), (3, 1), (4, -1):
+            c.implication(f"{name}-changes-by-{change}", "It changes as far as the range allows.",
+                          when=mine & (earlier == first + offset),
+                          then=percent == _bounded(before + change))
+        c.implication(f"{name}-stays", "Nothing else changes it.", when=known & (percent != before),
+                      then=mine | restored)
+    rapid = came & (code >= 0x95) & (code <= 0x97)
+    c.implication("rapid-is-chosen", "Of rapids there are three.", when=known & rapid,
+                  then=dut.rapid == Mux(code == 0x95, 100, Mux(code == 0x96, 50, 25)))
+    c.implication("rapid-stays", "Nothing else changes that of rapids.",
+                  when=known & (dut.rapid != c.past(dut.rapid)), then=rapid | restored)
+    shown: Bits = Cat(dut.feed, dut.rapid, dut.spindle, Value.cast(dut.outputs))
+    c.implication("change-is-told", "A change is told when it shows, or a clock later.",
+                  when=known & c.past(known) & c.past(shown != c.past(shown)),
+                  then=dut.changed | c.past(dut.changed))
+
+    # Outputs
+    program, outputs = dut.program, dut.outputs
+    stopped = c.keep(1, name="spindle_is_stopped")
+    c.m.d.sync += stopped.eq(dut.standing & ~c.rst & (
+        stopped ^ (dut.command & (dut.code == SPINDLE_STOP))))
+    c.invariant("spindle-stops", "A spindle that is stopped during a hold does not turn.",
+                Cat(outputs.clockwise == (program.clockwise & ~stopped),
+                    outputs.counter_clockwise == (program.counter_clockwise & ~stopped)).all(),
+                cover=stopped & program.clockwise)
+    c.invariant("stop-is-kept", "That it is stopped is kept.", c.signal("stopped") == stopped,
+                cover=stopped, lemma=True)
+    for name, which in ("flood", FLOOD), ("mist", MIST):
+        mine, before = program[name], c.keep(1, name=f"{name}_of_program")
+        switched = c.keep(1, name=f"{name}_is_switched")
+        c.m.d.sync += [
+            before.eq(mine & ~c.rst),
+            switched.eq(~c.rst & (before == mine) & ~dut.restore & (
+                switched ^ (dut.switches & dut.command & (dut.code == which))))]
+        c.invariant(f"{name}-is-switched", "Coolant is switched by its command, until the program "
+                    "switches it.", outputs[name] == mine ^ switched, cover=switched)
+
+
+def _bounded(percent: Bits) -> Bits:
+    return Mux(percent < 10, 10, Mux(percent > 200, 200, percent))
+
+
+OVERRIDES = Component(make=Overrides, describe=describe, depth=18, cases=(Case(),))
