@@ -257,13 +257,16 @@ def overrides(run: Run) -> str:
         await command(ctx, RealtimeCode.RAPID_QUARTER)
         run.see(ctx, dut, feed=199, rapid=25, spindle=72)
         ctx.set(dut.program, {"clockwise": 1, "flood": 1})
-        for pin in dut.standing, dut.switches:
+        for pin in dut.standing, dut.held, dut.switches:
             ctx.set(pin, 1)
         for code in RealtimeCode.SPINDLE_STOP, RealtimeCode.FLOOD, RealtimeCode.MIST:
             await command(ctx, code)
         on = ctx.get(dut.outputs)
         run.expect("outputs", [on.clockwise, on.flood, on.mist], [0, 0, 1])
         ctx.set(dut.standing, 0)
+        await ctx.tick()
+        run.expect("behind an open door", ctx.get(dut.outputs).clockwise, 0)
+        ctx.set(dut.held, 0)
         ctx.set(dut.restore, 1)
         await ctx.tick()
         ctx.set(dut.restore, 0)

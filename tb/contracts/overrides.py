@@ -47,8 +47,8 @@ def describe(c: Contract, dut: Overrides) -> None:
     # Outputs
     program, outputs = dut.program, dut.outputs
     stopped = c.keep(1, name="spindle_is_stopped")
-    c.m.d.sync += stopped.eq(dut.standing & ~c.rst & (
-        stopped ^ (dut.command & (dut.code == SPINDLE_STOP))))
+    c.m.d.sync += stopped.eq(dut.held & ~c.rst & (
+        stopped ^ (dut.standing & dut.command & (dut.code == SPINDLE_STOP))))
     c.invariant("spindle-stops", "A spindle that is stopped during a hold does not turn.",
                 Cat(outputs.clockwise == (program.clockwise & ~stopped),
                     outputs.counter_clockwise == (program.counter_clockwise & ~stopped)).all(),
@@ -63,7 +63,8 @@ def describe(c: Contract, dut: Overrides) -> None:
             switched.eq(~c.rst & (before == mine) & ~dut.restore & (
                 switched ^ (dut.switches & dut.command & (dut.code == which))))]
         c.invariant(f"{name}-is-switched", "Coolant is switched by its command, until the program "
-                    "switches it.", outputs[name] == mine ^ switched, cover=switched)
+                    "switches it.", outputs[name] == mine ^ (switched & (before == mine)),
+                    cover=switched)
 
 
 def _bounded(percent: Bits) -> Bits:

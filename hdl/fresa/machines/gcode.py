@@ -515,14 +515,19 @@ class GCode(MachineComponent):
         self._system(m, control, renewed, gate, planner, motion, homing, store)
         m.submodules.overrides = overrides = Overrides()
         outputs = overrides.outputs
+        was_off = Signal()
+        m.d.sync += was_off.eq(motion.off)
         m.d.comb += [
             overrides.command.eq(realtime.command), overrides.code.eq(realtime.code),
-            overrides.restore.eq(motion.off | motion.ended),
+            overrides.restore.eq(renewed | motion.off & ~was_off | motion.ended),
             overrides.program.eq(motion.outputs),
             overrides.switches.eq((control.state == GCodeState.IDLE)
                                   | (control.state == GCodeState.RUN)
                                   | (control.state == GCodeState.HOLD)),
             overrides.standing.eq((control.state == GCodeState.HOLD) & motion.still),
+            # An open door must not turn the spindle on, nor an alarm before it is off.
+            overrides.held.eq(Cat(control.state == each for each in (
+                GCodeState.HOLD, GCodeState.DOOR, GCodeState.ALARM)).any()),
             planner.feed_override.eq(overrides.feed), planner.rapid_override.eq(overrides.rapid),
             motion.feed_override.eq(overrides.feed), motion.rapid_override.eq(overrides.rapid),
         ]

@@ -17,8 +17,9 @@ class NominalSpeed(wiring.Component):
     """Squares the smaller of feed x override and limit, of the block that runs and of the next.
 
     One adder does it again and again, digit by digit, for one block and then for the other. So both
-    obey an override that changes ``2 * (speed_bits + 15)`` clocks later, at most. The next block is
-    ready ``speed_bits + 15`` clocks after it was loaded.
+    obey an override ``3 * (speed_bits + 14)`` clocks after it changes, at most, if no block is
+    loaded or taken meanwhile, with which it begins again. The next block is ready
+    ``speed_bits + 15`` clocks after it was loaded.
 
     Parameters
     ----------

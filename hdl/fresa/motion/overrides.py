@@ -27,11 +27,11 @@ class Overrides(wiring.Component):
     """Keeps the overrides of GRBL, and changes them by its real-time commands.
 
     Feed and spindle change by 10 or 1, and stay from 10 to 200 %. Rapids have 100, 50 or 25 %. A
-    change shows in the second clock after its command.
+    change shows in the second clock after its command at the latest.
 
-    Spindle stop counts while it holds and stands: the spindle is off, and on again at the next one,
-    or when the hold ends. Flood and mist are what the program has not switched, from their commands
-    until the program switches them.
+    Spindle stop counts while a hold stands: the spindle is off, and on again at the next one, or
+    when it is held no more. Flood and mist are what the program has not switched, from their
+    commands until the program switches them.
 
     Members
     -------
@@ -41,8 +41,8 @@ class Overrides(wiring.Component):
         Make all percentages 100, and what the program switches be on alone, in this clock.
     switches : In(1)
         Coolant may be switched.
-    standing : In(1)
-        A hold stands.
+    standing, held : In(1)
+        A hold stands; what it has stopped stays so, as with an open door.
     program : In(Outputs)
         What the program switches.
     feed, rapid, spindle : Out(8)
@@ -58,6 +58,7 @@ class Overrides(wiring.Component):
     restore: In(1)
     switches: In(1)
     standing: In(1)
+    held: In(1)
     program: In(Outputs)
     feed: Out(OVERRIDE_BITS, init=NORMAL)
     rapid: Out(OVERRIDE_BITS, init=NORMAL)
@@ -111,15 +112,16 @@ class Overrides(wiring.Component):
         stopped = Signal()
         flooded = Signal()
         misted = Signal()
-        with m.If(~self.standing):
+        with m.If(~self.held):
             m.d.sync += stopped.eq(0)
-        with m.Elif(self.command & (self.code == RealtimeCode.SPINDLE_STOP.value)):
+        with m.Elif(self.standing & self.command & (self.code == RealtimeCode.SPINDLE_STOP.value)):
             m.d.sync += stopped.eq(~stopped)
         program = self.program
         for which, switched, mine in ((RealtimeCode.FLOOD, flooded, program.flood),
                                       (RealtimeCode.MIST, misted, program.mist)):
             before = Signal(name=f"{which.name.lower()}_before")
             m.d.sync += before.eq(mine)
+            m.d.comb += self.outputs[which.name.lower()].eq(mine ^ (switched & (before == mine)))
             with m.If((before != mine) | self.restore):
                 m.d.sync += switched.eq(0)
             with m.Elif(self.switches & self.command & (self.code == which.value)):
@@ -127,6 +129,4 @@ class Overrides(wiring.Component):
         m.d.comb += [
             self.outputs.clockwise.eq(program.clockwise & ~stopped),
             self.outputs.counter_clockwise.eq(program.counter_clockwise & ~stopped),
-            self.outputs.flood.eq(program.flood ^ flooded),
-            self.outputs.mist.eq(program.mist ^ misted),
         ]

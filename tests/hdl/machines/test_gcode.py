@@ -924,6 +924,7 @@ class TestOverrides:
         session.send("\x91" * 9, wait=False)
         session.run(200_000)
         assert "|FS:840," in report(session)
+        assert any("|FS:1680," in report(session) for _ in range(100))
         session.send("")
         assert session.at(4, 0, 0)
 
@@ -931,9 +932,9 @@ class TestOverrides:
         normal = clocks_of(session, "$J=G91X2F1200\n")
         session.send("\x92\x92\x97\x9b", wait=False)
         assert clocks_of(session, "$J=G91X2F1200\n") == pytest.approx(normal, abs=4)
-        for ends in "\x18", "M30\n":
+        for ends, shown in ("\x18", "70,25,80"), ("M30\n", "90,25,90"):
             session.send("\x92\x97\x9b", wait=False)
-            assert "|Ov:100,100,100" not in report(session) + report(session)
+            assert f"|Ov:{shown}" in report(session) + report(session)
             session.send(ends)
             assert "|Ov:100,100,100" in report(session) + report(session)
 
@@ -951,7 +952,20 @@ class TestOverrides:
         session.run(20_000)
         session.send("\x9e", wait=False)
         assert session.engine.get("spindle", "pwm") == (0, 0)
-        assert "A:" not in report(session) + report(session)
+        told = report(session) + report(session)
+        assert "|Ov:" in told
+        assert "A:" not in told
+        session.engine.set(door=1)
+        session.run(20_000)
+        session.read()
+        assert "<Door" in report(session)
+        assert session.engine.get("spindle", "pwm") == (0, 0)
+        session.engine.set(door=0)
+        session.send("~!", wait=False)
+        session.run(20_000)
+        assert session.engine.get("spindle") == 1
+        session.send("\x9e", wait=False)
+        assert session.engine.get("spindle") == 0
         session.send("\x9e", wait=False)
         assert session.engine.get("spindle") == 1
         session.send("\x9e", wait=False)
