@@ -496,8 +496,11 @@ def g_code_reporter(run: Run) -> str:
         run.expect("report", await report(ctx), "<Run|MPos:-0.001,12.345,0.000|Bf:0,128|FS:0,0"
                                                 "|Pn:YP|WCO:0.000,0.000,0.000>")
         ctx.set(dut.pins, 0)
+        for percent, value in zip(dut.overrides, (110, 50, 90), strict=True):
+            ctx.set(percent, value)
+        ctx.set(dut.accessories, 0b0101)
         run.expect("report", await report(ctx), "<Run|MPos:-0.001,12.345,0.000|Bf:0,128|FS:0,0"
-                                                "|Ov:100,100,100>")
+                                                "|Ov:110,50,90|A:SF>")
 
     run.simulate(dut, test, consumer)
     return "six lines, each whole, the reports with what is due"
