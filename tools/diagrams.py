@@ -192,6 +192,16 @@ DIAGRAMS = (
         "words: blocks_valid blocks_ready blocks_payload.last outputs: profile_valid "
         "profile_ready segments_valid segments_ready take", 20, 50),
     Diagram(
+        "nominal-speed",
+        "A block is loaded, ready when its speed is known, and taken; so is the next.",
+        "inputs: load take outputs: ready inside: dut.of_running dut.place", 0, 120),
+    Diagram(
+        "overrides",
+        "The feed falls by 1 %, the spindle by 30 %, and rises by 2; rapids have a quarter. Then "
+        "the spindle stops, for as long as it is held, and all are restored.",
+        "inputs: command code standing held restore outputs: feed rapid spindle "
+        "outputs.clockwise changed", 22, 46, radix=("feed=dec", "rapid=dec", "spindle=dec")),
+    Diagram(
         "block-motion",
         "The first line begins: its steps come ever closer.",
         "inputs: words_valid words_ready made outputs: still idle step direction", 0, 6000),
