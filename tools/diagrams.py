@@ -200,7 +200,7 @@ DIAGRAMS = (
         "The feed falls by 1 %, the spindle by 30 %, and rises by 2; rapids have a quarter. Then "
         "the spindle stops, for as long as it is held, and all are restored.",
         "inputs: command code standing held restore outputs: feed rapid spindle "
-        "outputs.clockwise changed", 22, 46, radix=("feed=dec", "rapid=dec", "spindle=dec")),
+        "outputs.clockwise changed", 22, 47, radix=("code=hex",)),
     Diagram(
         "block-motion",
         "The first line begins: its steps come ever closer.",

@@ -272,6 +272,7 @@ def overrides(run: Run) -> str:
         ctx.set(dut.restore, 0)
         run.see(ctx, dut, feed=100, rapid=100, spindle=100, changed=1)
         run.expect("spindle", ctx.get(dut.outputs).clockwise, 1)
+        await ctx.tick()
 
     run.simulate(dut, test)
     return "199, 25 and 72 %, a spindle that is off while it holds, and coolant by hand"
@@ -308,7 +309,7 @@ def nominal_speed(run: Run) -> str:
         await take(ctx)
         run.see(ctx, dut, nominal=10_000_000**2)
         ctx.set(dut.rapid, 50)
-        await ctx.tick().repeat(2 * within)
+        await ctx.tick().repeat(3 * (dut.speed_bits + 14))
         run.see(ctx, dut, nominal=20_000_000**2)
 
     run.simulate(dut, test)
