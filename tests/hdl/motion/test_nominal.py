@@ -59,7 +59,7 @@ def test_is_the_square_of_the_smaller_of_two(engine):
 
 
 def test_both_blocks_obey_in_any_clock(engine):
-    most = 3 * (SPEED_BITS + 14)
+    most, percent = 3 * (SPEED_BITS + 14), 100
     load(engine, 400, 500, OverrideKind.FEED)
     take(engine)
     load(engine, 300, 500, OverrideKind.FEED)
