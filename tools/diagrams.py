@@ -440,6 +440,12 @@ DIAGRAMS = (
         "inputs: switches moving homed outputs: request_kind request_axis request_back brake "
         "latch place restart", 0, 130),
     Diagram(
+        "g-code-probing",
+        "A line is planned, and the probe touches: `latch` keeps where. Once it stands, it begins "
+        "there and where it is, and lists it.",
+        "inputs: actions_valid actions_ready idle contact standing outputs: passed_valid latch "
+        "brake measures restart listing touched", 0, 40),
+    Diagram(
         "stored-program",
         "A line has begun when the program is asked for: it is ended as damaged, 2, and when that "
         "is answered the program runs. The rest of the line is dropped.",

@@ -6,13 +6,14 @@ from fresa.motion import (
     BlockMotion,
     GCodeHoming,
     GCodePlanner,
+    GCodeProbing,
     HomingRequest,
     NominalSpeed,
     OverrideKind,
     Overrides,
 )
 from fresa.motion.blocks import BlockHeader, BlockKind, BlockWord
-from fresa.protocol import GCodeAction, GCodeActionKind, Operand, RealtimeCode
+from fresa.protocol import GCodeAction, GCodeActionKind, GCodeMotion, Operand, RealtimeCode
 
 from ..bench import Run, bench, put
 from ..models.gcode_plan import MotionBlock, Planner, PlanSettings
@@ -232,6 +233,54 @@ def g_code_homing(run: Run) -> str:
 
     run.simulate(dut, test, planner)
     return "Z, X and Y are homed, by four lines each"
+
+
+@bench
+def g_code_probing(run: Run) -> str:
+    """A line that ends where the probe touches, and one for which it does so already."""
+    dut = GCodeProbing()
+    did = []
+
+    async def act(ctx, kind):
+        ctx.set(dut.actions.payload, GCodeAction.const({
+            "kind": kind, "modes": {"motion": GCodeMotion.PROBE_TOWARD}}))
+        ctx.set(dut.actions.valid, 1)
+        await run.until(ctx, dut.actions, ready=1)
+        await ctx.tick()
+        ctx.set(dut.actions.valid, 0)
+
+    async def watch(ctx):
+        while True:
+            listing = ctx.get(dut.listing)
+            did.extend(name for name in ("latch", "restart", "listing")
+                       if ctx.get(getattr(dut, name)))
+            await ctx.tick()
+            ctx.set(dut.listed, listing)
+
+    async def test(ctx):
+        for pin in dut.idle, dut.standing, dut.passed.ready:
+            ctx.set(pin, 1)
+        await act(ctx, GCodeActionKind.PROBE)
+        for pin in dut.idle, dut.standing:
+            ctx.set(pin, 0)
+        await ctx.tick().repeat(10)
+        ctx.set(dut.contact, 1)
+        await ctx.tick()
+        run.see(ctx, dut, brake=1)
+        await ctx.tick().repeat(5)
+        for pin in dut.idle, dut.standing:
+            ctx.set(pin, 1)
+        await act(ctx, GCodeActionKind.PROBED)
+        run.expect("what it did", did, ["latch", "restart", "restart", "listing"])
+        run.see(ctx, dut, touched=1, active=0)
+        did.clear()
+        await act(ctx, GCodeActionKind.PROBE)
+        await act(ctx, GCodeActionKind.PROBED)
+        run.expect("what it did", did, ["restart"])
+        run.see(ctx, dut, touched=0, fault=0)
+
+    run.simulate(dut, test, watch)
+    return "kept where it touched, and begun there and where it stands; then nothing moves"
 
 
 @bench

@@ -26,6 +26,7 @@ from .gcode_homing import GCODE_HOMING
 from .gcode_interpreter import GCODE_INTERPRETER
 from .gcode_line import GCODE_LINE
 from .gcode_lister import GCODE_LISTER
+from .gcode_probing import GCODE_PROBING
 from .gcode_reader import GCODE_READER
 from .gcode_reporter import GCODE_REPORTER
 from .gcode_settings import GCODE_SETTINGS
@@ -119,6 +120,7 @@ GENERAL = {
     "block_loader": BLOCK_LOADER,
     "overrides": OVERRIDES,
     "gcode_homing": GCODE_HOMING,
+    "gcode_probing": GCODE_PROBING,
     "gcode_control": GCODE_CONTROL,
     "order_ledger": ORDER_LEDGER,
     "debounce": DEBOUNCE,

@@ -78,6 +78,10 @@ def describe(c: Contract, dut: GCodeControl) -> None:
                   then=c.past(~cancelling))
     c.implication("flush-at-a-stand", "Blocks are discarded only where it stands, in an alarm.",
                   when=dut.flush, then=dut.standing & cancelling & state("ALARM"))
+    c.implication("nothing-left-of-a-probing", "Those of a probing discard nothing.",
+                  when=known & c.past(((c.signal("alarm") == AlarmCode.PROBE_INITIAL)
+                                       | (c.signal("alarm") == AlarmCode.PROBE_CONTACT))
+                                      & ~cancelling & ~state("JOG")), then=~cancelling)
     c.implication("cancelled-at-a-stand", "Those of a jog likewise, in JOG.",
                   when=dut.cancelled, then=dut.standing & cancelling & state("JOG"))
     c.implication("cancels", "A jog that is cancelled ends so, unless a reset or an alarm comes.",

@@ -10,7 +10,7 @@ SLEEPING, RESTORING = 8, 9
 ORDER = (GREETING, LOCKED, RESET_TO_CONTINUE, CHECK_DOOR, UNLOCKED, ENABLED, DISABLED, SLEEPING,
          RESTORING)
 SAYS = {"SLEEP": SLEEPING, "CHECK": ENABLED}
-HARD_LIMIT, ABORTED, HOMING_RESET, HOMING_DOOR = 1, 3, 6, 7
+HARD_LIMIT, ABORTED, PROBE_INITIAL, PROBE_CONTACT, HOMING_RESET, HOMING_DOOR = 1, 3, 4, 5, 6, 7
 EMERGENCY, MOTOR_FAULT = 10, 17
 RESET, HOLD, RESUME, STATUS, DOOR, JOG_CANCEL = 0x18, 0x21, 0x7E, 0x3F, 0x84, 0x85
 
@@ -83,7 +83,8 @@ class ControlModel:
             self.resetting = self.stopped = self.critical = False
             self.cancelling = self.door_next = False
         if alarm:
-            self.locked, self.cancelling, self.door_next = True, True, False
+            self.locked, self.door_next = True, False
+            self.cancelling |= alarm not in (PROBE_INITIAL, PROBE_CONTACT)
             self.state = "START" if reset else "ALARM"
             if self.alarm_line is None:
                 self.alarm_line = alarm

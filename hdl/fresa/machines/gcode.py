@@ -35,6 +35,7 @@ from ..motion import (
     GCodeControl,
     GCodeHoming,
     GCodePlanner,
+    GCodeProbing,
     Overrides,
 )
 from ..panel import ContactFilter
@@ -45,6 +46,7 @@ from ..protocol import (
     GCodeGate,
     GCodeInterpreter,
     GCodeKind,
+    GCodeList,
     GCodeLister,
     GCodeReader,
     GCodeReporter,
@@ -135,6 +137,8 @@ class GCodeSettings:
         The axis that has a second motor, such as that of a gantry: ``x``, ``y`` or ``z``.
     program : bytes
         A program that the start button runs, see :class:`StoredProgram`; none if empty.
+    probing : bool
+        It has G38.2 to G38.5; the dialect of the thesis has not.
     silence_us, idle_us : int
         Of the thesis: silence that ends a line, and after which motors are off, in us.
     servo_us : int
@@ -164,6 +168,7 @@ class GCodeSettings:
     kinematics: str = "cartesian"
     second_motor: str | None = None
     program: bytes = b""
+    probing: bool = True
     silence_us: int = 10_000
     idle_us: int = 100_000
     servo_us: int = SERVO_PERIOD
@@ -227,6 +232,17 @@ class GCodeSettings:
         """
         return ("V" * (self.dialect == "grbl") + "C" * (self.kinematics == "corexy")
                 + "2" * (self.second_motor is not None))
+
+    @property
+    def probes(self) -> bool:
+        """Whether it has G38.2 to G38.5."""
+        return self.probing and self.dialect == "grbl"
+
+    @property
+    def notes(self) -> list[str]:
+        """What ``$I`` says besides: what is not kept, and what is left out."""
+        return ["Settings and coordinates last until power-off",
+                "Without startup lines", *["Without probing"] * (not self.probes)]
 
     @property
     def bit(self) -> int:
@@ -409,7 +425,8 @@ class GCode(MachineComponent):
         buffer = LineBuffer(depth=settings.receive,
                             silence=settings.silence if thesis else None)
         reader = GCodeReader()
-        gate, interpreter, lister = GCodeGate(), GCodeInterpreter(), GCodeLister()
+        gate, lister = GCodeGate(), GCodeLister()
+        interpreter = GCodeInterpreter(probing=settings.probes)
         planner = GCodePlanner(line=Line(clock=settings.clock), most_rate=settings.most_rate)
         homing = GCodeHoming(simple=thesis, squared_axis=settings.second_axis)
         for name, part in (("buffer", buffer), ("reader", reader), ("gate", gate),
@@ -421,7 +438,6 @@ class GCode(MachineComponent):
         answers = self._answers(m, interpreter, renewed)
         lines, said = self._program(m, anew, control, interpreter, answers, buffer.items, faults)
         connect(m, lines, reader.items)
-        connect(m, interpreter.actions, planner.actions)
         m.d.comb += [
             receiver.rx.eq(self.rx),
             gate.locked.eq((control.state == GCodeState.ALARM)
@@ -437,6 +453,14 @@ class GCode(MachineComponent):
             lister.modes.eq(interpreter.modes), lister.list.eq(gate.list),
             lister.start.eq(gate.listing), gate.all_listed.eq(lister.done),
         ]
+        probing = GCodeProbing() if settings.probes else None
+        if probing is None:
+            connect(m, interpreter.actions, planner.actions)
+        else:
+            m.submodules.probing = anew(probing)
+            connect(m, interpreter.actions, probing.actions)
+            connect(m, probing.passed, planner.actions)
+            faults.append(probing.fault)
         # A clock later, as it is far; nothing is left of them where a reset began meanwhile.
         for name in ("unlock", "sleep", "restart", "restoring"):
             asked = Signal(name=f"asks_{name}")
@@ -448,7 +472,7 @@ class GCode(MachineComponent):
         # has been between lines for a clock: what answers them takes longer.
         between = Signal()
         m.d.sync += between.eq(interpreter.position.ready)
-        self._words(m, gate, interpreter, planner, renewed,
+        self._words(m, gate, interpreter, planner, probing, renewed,
                     settling | ((missed | discarded) & between))
         faults += [receiver.fault, gate.fault, interpreter.fault, lister.fault, planner.fault,
                    homing.fault]
@@ -468,12 +492,13 @@ class GCode(MachineComponent):
         switches = Signal(AXES + 2)
         blocked, powered = Signal(AXES), Signal()
         m.d.comb += powered.eq(control.enable)
-        positions = self._drivers(m, control, renewed, motion, planner, homing, store, faults,
-                                  blocked, powered, restarts)
+        positions = self._drivers(m, control, renewed, motion, planner, homing, probing, store,
+                                  faults, blocked, powered, restarts)
         m.d.comb += [
             planner.room.eq(motion.free > 1), planner.speed.eq(motion.speed),
             planner.spindle_speed.eq(motion.extra),
-            motion.hold.eq(control.hold | homing.brake), motion.flush.eq(restart | discards),
+            motion.hold.eq(control.hold | homing.brake | (probing.brake if probing else 0)),
+            motion.flush.eq(restart | discards),
             motion.off.eq(renewed | control.stop | (control.state == GCodeState.SLEEP)),
             control.standing.eq(motion.still),
         ]
@@ -508,7 +533,8 @@ class GCode(MachineComponent):
         m.d.sync += placing.eq((planner.begun | (placing & ~motion.idle)) & ~restarts)
         m.d.comb += [
             moving.eq(~motion.idle & ~settling),
-            restarts.eq(renewed | planner.configured | homing.restart | resumes),
+            restarts.eq(renewed | planner.configured | homing.restart | resumes
+                        | (probing.restart if probing else 0)),
             settling.eq(configures | begins | placing),
             planner.configure.eq(configures | gate.configure), planner.begin.eq(begins),
         ]
@@ -550,7 +576,7 @@ class GCode(MachineComponent):
         # What is said
         m.submodules.reporter = reporter = GCodeReporter(
             dialect=settings.dialect, options=settings.options, blocks=settings.depth - 1,
-            receive=settings.receive, position_bits=len(planner.shown))
+            receive=settings.receive, position_bits=len(planner.shown), notes=settings.notes)
         m.submodules.transmitter = transmitter = UARTTransmitter(period=settings.bit)
         connect(m, said, reporter.answers)
         connect(m, control.messages, reporter.messages)
@@ -563,6 +589,9 @@ class GCode(MachineComponent):
             parts.ready.eq(reporter.listed.ready), gate.listed.ready.eq(reporter.listed.ready),
         ]
         self._reports(m, control, planner, motion, reporter, switches)
+        if probing is not None:
+            self._probe(m, control, gate, lister, planner, motion, probing, switches[AXES],
+                        checks=checks, settling=settling)
         self._overrides(m, overrides, reporter)
         # As GRBL does: with one block less than there are
         m.d.sync += reporter.free_blocks.eq(motion.free - (motion.free != 0))
@@ -670,7 +699,8 @@ class GCode(MachineComponent):
         return kept
 
     def _words(self, m: Module, gate: GCodeGate, interpreter: GCodeInterpreter,
-               planner: GCodePlanner, renewed: Signal, settling: Signal) -> None:
+               planner: GCodePlanner, probing: GCodeProbing | None, renewed: Signal,
+               settling: Signal) -> None:
         """Pass words and positions on, from registers: lines wait until they know where they begin.
 
         What follows a line waits until that is answered, as the gate has to know.
@@ -692,7 +722,10 @@ class GCode(MachineComponent):
         m.d.comb += planner.positions.ready.eq(~position.valid)
         with m.If(~position.valid):
             m.d.sync += [position.valid.eq(planner.positions.valid),
-                         position.payload.eq(planner.positions.payload)]
+                         position.p.axis.eq(planner.positions.p.axis),
+                         position.p.value.eq(planner.positions.p.value)]
+            if probing is not None:
+                m.d.sync += position.p.axis[2].eq(probing.measures)
         with m.Elif(position.ready):
             m.d.sync += position.valid.eq(0)
         with m.If(renewed):
@@ -740,13 +773,32 @@ class GCode(MachineComponent):
         with m.If(renewed):
             m.d.sync += control.failure.eq(AlarmCode.NONE)
 
+    def _probe(self, m: Module, control: GCodeControl, gate: GCodeGate, lister: GCodeLister,
+               planner: GCodePlanner, motion: BlockMotion, probing: GCodeProbing, contact: Value,
+               *, checks: Signal, settling: Signal) -> None:
+        """Give a probing what it needs to know, and list where the probe touched."""
+        m.d.comb += [
+            probing.contact.eq(contact), probing.checking.eq(checks),
+            probing.idle.eq(motion.idle & ~settling), probing.standing.eq(motion.still),
+            probing.begins.eq(settling), probing.listed.eq(lister.done),
+            lister.probed.eq(probing.touched), lister.start.eq(gate.listing | probing.listing),
+        ]
+        with m.If(probing.active):  # the gate waits for the answer of its line
+            m.d.comb += lister.list.eq(GCodeList.PROBED)
+        with m.If(probing.measures):  # a report would say where it touched, not where it is
+            m.d.comb += planner.report.eq(0)
+        with m.If(probing.failure != AlarmCode.NONE):
+            m.d.sync += control.failure.eq(probing.failure)
+
     def _drivers(self, m: Module, control: GCodeControl, renewed: Signal, motion: BlockMotion,
-                 planner: GCodePlanner, homing: GCodeHoming, store: GCodeSettingStore,
-                 faults: list, blocked: Signal, powered: Signal, restarts: Signal) -> list[Signal]:
+                 planner: GCodePlanner, homing: GCodeHoming, probing: GCodeProbing | None,
+                 store: GCodeSettingStore, faults: list, blocked: Signal, powered: Signal,
+                 restarts: Signal) -> list[Signal]:
         """Make the steps at the pins, and count them there; return the counts."""
         times, flags = self.settings.driver, store.flags
         made, powers = [], []
-        # Where each axis was; 0 but of the one that homes, so that the others need no choice.
+        # Where each axis was; in a homing cycle 0 but of the one that homes, so that the others
+        # need no choice.
         latched = [Signal(signed(36), name=f"latched_{name}") for name in AXIS_NAMES]
         latched_one = latched[0] | latched[1] | latched[2]
         m.submodules.kinematics = kinematics = KINEMATICS[self.settings.kinematics]()
@@ -798,7 +850,9 @@ class GCode(MachineComponent):
                 driver.direction.eq(pending.driver_direction), driver.enable.eq(enabled),
                 self.step[axis].eq(driver.step_pin),
                 self.direction[axis].eq(driver.direction_pin ^ flags.inverted[axis]),
-                planner.steps[axis].eq(kinematics.positions[axis]),
+                planner.steps[axis].eq(
+                    Mux(probing.measures, latched[axis], kinematics.positions[axis])
+                    if probing else kinematics.positions[axis]),
             ]
             with m.If(driver.moved | backlash.correct | homing.place):
                 change = Mux(homing.place, kinematics.motor_shift[axis],
@@ -813,6 +867,10 @@ class GCode(MachineComponent):
                              latched[axis].eq(latched[axis])]
                 with m.If(homing.latch):
                     m.d.sync += latched[axis].eq(kinematics.positions[axis])
+            if probing is not None:
+                with m.If(probing.active):
+                    m.d.sync += latched[axis].eq(Mux(probing.latch, kinematics.positions[axis],
+                                                     latched[axis]))
             made.append(~(pending.driver_step | backlash.busy))
             powers.append(driver.enable_pin)
             faults.append(pending.fault)

@@ -12,6 +12,7 @@ from .counter import StepCounter
 from .gcode_control import AlarmCode, GCodeControl
 from .gcode_homing import GCodeHoming
 from .gcode_planner import HOMING, GCodePlanner, HomingRequest
+from .gcode_probing import GCodeProbing
 from .guard import GuardedController
 from .kinematics import KINEMATICS, CoreXY
 from .limits import Limits
@@ -43,7 +44,7 @@ __all__ = [
     "AlarmCode", "Answer", "AutomaticControl", "Axis", "Backlash", "BacklashCompensator",
     "BlockLoader", "BlockMotion",
     "BlockQueue", "CoordinateGenerator", "CoreXY", "GCodeControl", "GCodeHoming",
-    "GCodePlanner", "GuardedController", "HomingRequest", "Limits", "ManualControl",
+    "GCodePlanner", "GCodeProbing", "GuardedController", "HomingRequest", "Limits", "ManualControl",
     "MotionSequencer", "MotorSquaring",
     "Move", "MoveTo", "NominalSpeed", "NumericalController", "Order", "OrderControl",
     "OrderLedger", "Outcome", "Outputs", "OverrideKind", "Overrides", "PathWalk", "PointStore",

@@ -63,9 +63,10 @@ class GCodeControl(wiring.Component):
     **Alarms** by a hard limit (an edge, so that it can be moved off again) or the emergency stop
     set ``stop`` in the next clock, until a reset has taken effect and the emergency stop is off.
     Before that reset neither `unlock` nor `home` does anything. Other alarms, `failure`, slow down,
-    and need no reset; ``flush`` then discards the blocks, and until then `unlock` does nothing. In
-    ALARM and SLEEP only an emergency stop is an alarm. An alarm while another waits to be
-    announced is not announced.
+    and need no reset; ``flush`` then discards the blocks, and until then `unlock` does nothing. But
+    of a probing, PROBE_INITIAL and PROBE_CONTACT, nothing is left to be discarded. In ALARM and
+    SLEEP only an emergency stop is an alarm. An alarm while another waits to be announced is not
+    announced.
 
     Members
     -------
@@ -194,6 +195,7 @@ class GCodeControl(wiring.Component):
         limit_before, emergency_before = Signal(), Signal()
         m.d.sync += [limit_before.eq(self.hard_limit), emergency_before.eq(self.emergency)]
         alarm = Signal(AlarmCode)  # that begins in this clock
+        of_probing = (alarm == AlarmCode.PROBE_INITIAL) | (alarm == AlarmCode.PROBE_CONTACT)
 
         def open_door() -> None:
             m.d.sync += wants[GCodeMessage.CHECK_DOOR].eq(1)
@@ -322,7 +324,9 @@ class GCodeControl(wiring.Component):
             m.d.sync += [resetting.eq(0), stopped.eq(0), critical.eq(0), cancelling.eq(0),
                          fsm.state.eq(fsm.encoding["START"])]
         with m.If((alarm != AlarmCode.NONE) & ~self.fault):
-            m.d.sync += [alarmed.eq(1), cancelling.eq(1)]
+            m.d.sync += alarmed.eq(1)
+            with m.If(~of_probing):
+                m.d.sync += cancelling.eq(1)
             with m.If(~self.reset):
                 m.d.sync += fsm.state.eq(fsm.encoding["ALARM"])
             with m.If(~self.alarms.valid | self.alarms.ready):

@@ -495,7 +495,8 @@ class GCodePlanner(wiring.Component):
     switch : Out(signed(36))
         Steps from 0 to a switch.
     feed_override, rapid_override : In(8)
-        In percent: with these the block is planned, unless it is a jog or a homing cycle.
+        In percent: with these the block is planned, unless it is of a jog, a probing or a homing
+        cycle.
     soft, beyond : In(1), Out(1)
         Soft limits; a motion would have left the travel.
     words : Out(stream.Signature)
@@ -678,7 +679,8 @@ class GCodePlanner(wiring.Component):
                     header.outputs.counter_clockwise.eq(modes.counter_clockwise),
                     header.outputs.mist.eq(modes.mist), header.outputs.flood.eq(modes.flood),
                     header.override.eq(Mux(kind == GCodeActionKind.RAPID, OverrideKind.RAPID, Mux(
-                        kind == GCodeActionKind.JOG, OverrideKind.NONE, OverrideKind.FEED))),
+                        (kind == GCodeActionKind.JOG) | (kind == GCodeActionKind.PROBE),
+                        OverrideKind.NONE, OverrideKind.FEED))),
                     configure.eq(self.configure), starts.eq(self.begin), report.eq(self.report),
                     homing.eq(self.homing.kind), action.eq(self.actions.valid & self.room),
                 ]
@@ -698,7 +700,8 @@ class GCodePlanner(wiring.Component):
                             begin(which)
                 with m.Elif(action):
                     with m.Switch(kind):
-                        with m.Case(GCodeActionKind.RAPID, GCodeActionKind.LINE):
+                        with m.Case(GCodeActionKind.RAPID, GCodeActionKind.LINE,
+                                    GCodeActionKind.PROBE):
                             begin(_Procedure.LINE)
                         for event, (which, block) in _EVENTS.items():
                             with m.Case(event):
