@@ -12,8 +12,8 @@ from .gcode_line import Item, read_lines
 from .thesis import in_grbl
 
 __all__ = ["Action", "Arc", "Coolant", "Dwell", "End", "Interpreter", "Jog", "Line", "Modes",
-           "Offsets", "Pause", "RefusedLine", "Spindle", "Vector", "Word", "centre_by_radius",
-           "check_radii", "read_jog", "read_words", "words"]
+           "Offsets", "Pause", "Probe", "RefusedLine", "Spindle", "Vector", "Word",
+           "centre_by_radius", "check_radii", "read_jog", "read_words", "words"]
 
 Vector = tuple[int, int, int]
 """X, Y and Z, in nm."""
@@ -86,6 +86,20 @@ class Arc:
 
 
 @dataclass(frozen=True)
+class Probe:
+    """A straight line, as a `Line`, that ends where the probe touches, or, `away`, leaves.
+
+    Without either it is an alarm, or with `no_error` none.
+    """
+
+    target: Vector
+    feed: int
+    inverse: bool = False
+    away: bool = False
+    no_error: bool = False
+
+
+@dataclass(frozen=True)
 class Dwell:
     """Standing still for so many us."""
 
@@ -133,7 +147,7 @@ class Jog:
     feed: int
 
 
-Action = Line | Jog | Arc | Dwell | Spindle | Coolant | Offsets | Pause | End
+Action = Line | Jog | Arc | Probe | Dwell | Spindle | Coolant | Offsets | Pause | End
 
 
 @dataclass(frozen=True)
@@ -143,7 +157,7 @@ class Modes:
     Attributes
     ----------
     motion : int
-        0 to 3 for G0 to G3, 80 for none.
+        0 to 3 for G0 to G3, 382 to 385 for G38.2 to G38.5, 80 for none.
     plane : int
         0 for XY (G17), 1 for ZX, 2 for YZ.
     relative, inches, inverse : bool
@@ -168,7 +182,7 @@ class Modes:
 
 
 _NON_MODAL = {(4, 0), (10, 0), (28, 0), (28, 10), (30, 0), (30, 10), (53, 0), (92, 0), (92, 10)}
-_GROUPS = {**dict.fromkeys([0, 1, 2, 3, 80], "motion"), **dict.fromkeys([17, 18, 19], "plane"),
+_GROUPS = {**dict.fromkeys([0, 1, 2, 3, 38, 80], "motion"), **dict.fromkeys([17, 18, 19], "plane"),
            90: "distance", 91: "distance", 93: "feed", 94: "feed", 20: "units", 21: "units",
            40: "compensation", 43: "length", 49: "length",
            **dict.fromkeys(range(54, 60), "system"), 61: "path"}
@@ -198,6 +212,8 @@ class Interpreter:
     ----------
     position : tuple of int
         That of the machine at the start, in nm.
+    probing : bool
+        It has a probe: else G38 is unknown. A probing ends at its target, as if nothing touched.
 
     Attributes
     ----------
@@ -215,7 +231,8 @@ class Interpreter:
         In nm, along Z.
     """
 
-    def __init__(self, position: Vector = ORIGIN) -> None:
+    def __init__(self, position: Vector = ORIGIN, *, probing: bool = True) -> None:
+        self.probing = probing
         self.modes = Modes()
         self.position = position
         self.feed = self.spindle_speed = self.tool = self.tool_length = 0
@@ -235,7 +252,7 @@ class Interpreter:
     def reset(self) -> None:
         """Keep the position, the coordinate systems, and the positions of G28 and G30 only."""
         kept = self.position, self.systems, self.predefined
-        self.__init__()
+        self.__init__(probing=self.probing)
         self.position, self.systems, self.predefined = kept
 
     def check(self, words: Iterable[Word]) -> None:
@@ -339,10 +356,14 @@ class Interpreter:
             if (whole, hundredths) not in _NON_MODAL:
                 raise RefusedLine(20 if whole in (28, 30, 92) else 23)
             line.non_modal = whole, hundredths
-        elif group is None:
+        elif group is None or (whole == 38 and not self.probing):
             raise RefusedLine(20)
         elif group == "motion":
             self._takes_axes(line, "motion", whole != 80)
+            if whole == 38:
+                if hundredths not in (20, 30, 40, 50):
+                    raise RefusedLine(20)
+                whole, hundredths = 380 + hundredths // 10, 0
             line.modes = replace(line.modes, motion=whole)
         elif group == "distance" and hundredths:
             if (whole, hundredths) != (91, 10):
@@ -506,6 +527,13 @@ class Interpreter:
             raise RefusedLine(22)
         if motion == 1:
             return [Line(target, feed, line.modes.inverse)] if any(given) else [], ""
+        if motion >= 382:
+            if not any(given):
+                raise RefusedLine(26)
+            if target == self.position:
+                raise RefusedLine(33)
+            return [Probe(target, feed, line.modes.inverse, away=motion >= 384,
+                          no_error=motion in (383, 385))], ""
         centre, plane, used = self._centre(line, given, target)
         radius = _length(line.values["R"], line.modes.inches) if used == "R" else None
         return [Arc(target, centre, plane, motion == 2, feed, line.modes.inverse, radius)], used
@@ -561,7 +589,7 @@ class Interpreter:
         if line.non_modal in ((28, 10), (30, 10)):
             self.predefined[line.non_modal[0] == 30] = self.position
         for move in moves:
-            assert isinstance(move, Line | Arc)
+            assert isinstance(move, Line | Arc | Probe)
             self.position = move.target
         actions += moves
         if line.flow == -1:

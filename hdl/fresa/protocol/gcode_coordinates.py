@@ -22,6 +22,7 @@ class Operand(IntEnum):
     CENTRE = 1  # I, J and K, in nm, 0 if not given
     DWELL = 6  # P of the line, in us
     RADIUS = 7  # R, in nm
+    PROBED = 13  # where the probe touched, in nm
     SYSTEM = 16  # origins of the coordinate systems, in nm, three words each
     OFFSET = 34  # of G92
     LENGTH = 37  # of the tool
@@ -58,6 +59,7 @@ class CoordinateSum(enum.Enum, shape=unsigned(5)):
     CLEAR_LENGTH = 16
     CLEAR_RATES = 17  # feed, speed and tool
     SET_TOOL = 18
+    CLEAR_PROBED = 19
 
 
 class GCodeCoordinates(wiring.Component):
@@ -259,6 +261,8 @@ class GCodeCoordinates(wiring.Component):
                 terms(kept=Operand.LENGTH)
             with m.Case(CoordinateSum.CLEAR_RATES):
                 terms(kept=Operand.FEED + axis)
+            with m.Case(CoordinateSum.CLEAR_PROBED):
+                terms(kept=Operand.PROBED + axis)
             with m.Case(CoordinateSum.SET_TOOL):
                 terms(0, 0, 0, 0, 1, at=LETTERS.index("T"), kept=Operand.TOOL, keep=axis == 0)
         addresses = Array([Operand.OFFSET + axis, Const(Operand.LENGTH, 6),

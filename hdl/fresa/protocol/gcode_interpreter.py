@@ -5,6 +5,7 @@ from amaranth.lib import data, enum, stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from ..checks import in_range
+from ..choice import look_up
 from ..fsm import leave_unused_codes
 from .gcode_coordinates import CoordinateSum, GCodeCoordinates, Operand
 from .gcode_line import GCodeLine
@@ -25,6 +26,10 @@ __all__ = ["GCodeAction", "GCodeActionKind", "GCodeInterpreter"]
 SYSTEMS = 6
 """Coordinate systems, G54 to G59."""
 
+POSITIONS = [*range(Operand.POSITION, Operand.POSITION + 3), 0,
+             *range(Operand.PROBED, Operand.PROBED + 3), 0]
+"""Where positions are stored, by the axis with which they come."""
+
 
 class GCodeActionKind(enum.Enum, shape=unsigned(4)):
     """What an action does."""
@@ -41,6 +46,8 @@ class GCodeActionKind(enum.Enum, shape=unsigned(4)):
     END = 9
     JOG = 10  # a line to TARGET, with RATE
     CHECK_JOG = 11  # give the verdict on that, not 0 if it leaves the travel; nothing is done
+    PROBE = 12  # a line to TARGET that ends where the probe changes
+    PROBED = 13  # taken when that has ended
 
 
 class GCodeAction(data.Struct):
@@ -68,6 +75,9 @@ class GCodeInterpreter(wiring.Component):
     has a word of another group than distance and units, but for G53, and with 15 if it would leave
     the travel: it is offered first as CHECK_JOG, and `verdict` is then not 0.
 
+    Of a line that probes the motion is offered as PROBE, and then PROBED until that has ended.
+    POSITION is then that at which the program goes on: TARGET, unless another has come.
+
     What an action is about is read at ``operand``, by its address, an `Operand`: while an action is
     offered these words stay.
 
@@ -81,22 +91,26 @@ class GCodeInterpreter(wiring.Component):
 
     A reset leaves the origins of the coordinate systems and the positions of G28 and G30, which
     power-up makes 0. It clears all modes, the offset of G92, length and number of the tool, feed
-    and speed, as GRBL does, for which the first 100 clocks after it are needed; ORIGIN is then that
-    of G54, without an OFFSETS. POSITION is what it was, and has to be loaded. A line that a reset
-    interrupts is not answered; of the origin that it sets some axes may be new, and some not.
+    and speed, and where the probe touched, as GRBL does, for which the first 125 clocks after it
+    are needed; ORIGIN is then that of G54, without an OFFSETS. POSITION is what it was, and has to
+    be loaded. A line that a reset interrupts is not answered; of the origin that it sets some axes
+    may be new, and some not.
 
     Parameters
     ----------
     width : int
         Bits of values, from 40 to 64; those of the words.
+    probing : bool
+        There is a probe: else G38 is refused as a word that is unknown.
 
     Members
     -------
     words : In(stream.Signature)
         Lines, see :func:`gcode_layout`, but those for the system.
     position : In(stream.Signature)
-        Sets POSITION: ``value``, in nm, of ``axis``, 0 to 2. Taken before the first item of a line,
-        one a clock, and before that item.
+        Sets POSITION: ``value``, in nm, of ``axis``, 0 to 2; or with 4 to 6 PROBED, the word. Taken
+        before the first item of a line, one a clock, and before that item, and while PROBED is
+        offered.
     actions : Out(stream.Signature(GCodeAction))
         What is to be done.
     verdict : In(6)
@@ -124,12 +138,13 @@ class GCodeInterpreter(wiring.Component):
         If ``width`` is out of range.
     """
 
-    def __init__(self, *, width: int = 44) -> None:
+    def __init__(self, *, width: int = 44, probing: bool = True) -> None:
         self.width = in_range("width", width, 40, 64)
+        self.probing = probing
         super().__init__({
             "words": In(stream.Signature(gcode_layout(self.width))),
             "position": In(stream.Signature(
-                data.StructLayout({"axis": 2, "value": signed(self.width)}))),
+                data.StructLayout({"axis": 3, "value": signed(self.width)}))),
             "actions": Out(stream.Signature(GCodeAction)),
             "verdict": In(6), "operand_address": In(6), "operand": Out(signed(self.width)),
             "answers": Out(stream.Signature(unsigned(8))),
@@ -139,7 +154,7 @@ class GCodeInterpreter(wiring.Component):
 
     def elaborate(self, platform) -> Module:
         m = Module()
-        m.submodules.line = collected = GCodeLine(width=self.width)
+        m.submodules.line = collected = GCodeLine(width=self.width, probing=self.probing)
         m.submodules.coordinates = store = GCodeCoordinates(width=self.width)
         m.submodules.converter = converter = UnitConverter(width=self.width)
         line = Signal(GCodeLineState)
@@ -152,6 +167,7 @@ class GCodeInterpreter(wiring.Component):
         begun = Signal()  # a word of the line is there
         offered, read = Signal(), Signal()  # the item that is there was so a clock ago, and two
         ending = Signal()  # M2 or M30 is done, and resets the modes
+        awaits = Signal()  # the end of a probing
         starting = Signal(init=1)  # after a reset
         total = Signal(CoordinateSum, init=CoordinateSum.CLEAR_OFFSET)
         computing = Signal(init=1)  # that sum
@@ -197,8 +213,14 @@ class GCodeInterpreter(wiring.Component):
 
         # The value is of no interest unless it is stored.
         places = ~begun & self.position.valid
-        m.d.sync += [stores.eq(0), value.eq(Mux(places, self.position.p.value,
-                                                self.words.p.number.value))]
+        m.d.sync += [stores.eq(0), value.eq(Mux(
+            self.position.valid & (~begun | awaits), self.position.p.value,
+            self.words.p.number.value))]
+
+        def store_position() -> None:
+            at = self.position.p.axis
+            m.d.sync += [stores.eq(~at[:2].all()), place.eq(look_up(POSITIONS, at, len(place)))]
+
         with m.If(self.erase & ~begun & ~self.position.valid):
             m.d.sync += value.eq(0)
         # In a state that waits for a sum. A register, since from the state it is far to the sum.
@@ -212,6 +234,7 @@ class GCodeInterpreter(wiring.Component):
         # What the words of a line mean together is found in registers: each is right a clock or two
         # after the last word, or after the modes of a program's end, and is asked for later.
         is_arc = Signal()
+        is_probe = Signal()
         moves = Signal()  # the line has a motion of its own
         unused = Signal()  # a value
         feed_zero = Signal(init=1)  # no line so far had a feed
@@ -225,14 +248,17 @@ class GCodeInterpreter(wiring.Component):
             line_feed_zero.eq(Mux(has["F"], line.zero_feed,
                                   modes.inverse | self.modes.inverse | feed_zero)),
             words_error.eq(_error_of_words(m, line, jog)),
-            line_error.eq(_error_of_line(m, line, is_arc, line_feed_zero)),
+            line_error.eq(_error_of_line(m, line, is_arc, is_probe, line_feed_zero)),
         ]
+        if self.probing:
+            m.d.sync += is_probe.eq((axes == AxisUse.MOTION) & motion.as_value()[3])
         m.d.comb += action.by_radius.eq(has["R"])
 
         with m.FSM(name="interpreter_state") as fsm:
             computed("CLEAR_OFFSET", "CLEAR_LENGTH", CoordinateSum.CLEAR_LENGTH)
             computed("CLEAR_LENGTH", "CLEAR_RATES", CoordinateSum.CLEAR_RATES)
-            computed("CLEAR_RATES", "SET_ORIGIN", CoordinateSum.SET_ORIGIN)
+            computed("CLEAR_RATES", "CLEAR_PROBED", CoordinateSum.CLEAR_PROBED)
+            computed("CLEAR_PROBED", "SET_ORIGIN", CoordinateSum.SET_ORIGIN)
             with m.State("READ"):
                 m.d.comb += [self.position.ready.eq(~begun), self.words.ready.eq(read & ~places)]
                 m.d.sync += [offered.eq(self.words.valid & ~self.words.ready),
@@ -242,8 +268,7 @@ class GCodeInterpreter(wiring.Component):
                 with m.If(self.erase & ~begun):
                     m.d.sync += [stores.eq(1), place.eq(self.erase_address)]
                 with m.If(places):
-                    at = self.position.p.axis
-                    m.d.sync += [stores.eq(at != 3), place.eq(Operand.POSITION + at)]
+                    store_position()
                 with m.Elif(self.words.valid & read):
                     m.d.sync += begun.eq(1)
                     with m.If(self.words.p.kind == GCodeKind.WORD):
@@ -287,12 +312,14 @@ class GCodeInterpreter(wiring.Component):
                 m.next = "CHECK_UNUSED"
                 with m.If(line_error != 0):
                     refuse(line_error)
-                with m.Elif(is_arc):
+                with m.Elif(is_arc | is_probe):
                     compute(CoordinateSum.DISTANCE, "COMPARE")
             with m.State("COMPARE"):
                 with m.If(store.done):
                     m.next = "CHECK_ARC"
-                    with m.If(has["R"] & ~store.changed):
+                    with m.If(is_probe):
+                        m.next = "CHECK_UNUSED"
+                    with m.If((has["R"] | is_probe) & ~store.changed):
                         refuse(33)
             with m.State("CHECK_ARC"):
                 offer(GCodeActionKind.CHECK_ARC, "CHECK_UNUSED")
@@ -409,11 +436,25 @@ class GCodeInterpreter(wiring.Component):
                     m.d.comb += action.kind.eq(GCodeActionKind.ARC)
                 with m.Elif(motion == GCodeMotion.RAPID):
                     m.d.comb += action.kind.eq(GCodeActionKind.RAPID)
+                with m.Elif(is_probe):
+                    m.d.comb += action.kind.eq(GCodeActionKind.PROBE)
+                    m.d.sync += awaits.eq(self.actions.ready)
             with m.State("ARRIVE"):
                 with m.If(store.done):
                     m.next = "FLOW"
                     with m.If(jog):
                         m.next = "ANSWER"
+                    if self.probing:
+                        with m.If(awaits):
+                            m.next = "PROBED"
+            if self.probing:
+                with m.State("PROBED"):
+                    offer(GCodeActionKind.PROBED, "FLOW")
+                    m.d.comb += self.position.ready.eq(1)
+                    with m.If(self.position.valid):
+                        store_position()
+                    with m.If(self.actions.ready):
+                        m.d.sync += awaits.eq(0)
 
             with m.State("FLOW"):
                 m.next = "ANSWER"
@@ -476,7 +517,8 @@ def _error_of_words(m: Module, line, jog: Signal) -> Signal:
     return error
 
 
-def _error_of_line(m: Module, line, is_arc: Signal, feed_zero: Signal) -> Signal:
+def _error_of_line(m: Module, line, is_arc: Signal, is_probe: Signal, feed_zero: Signal
+                   ) -> Signal:
     """Return the error of a line whose words go together, or 0."""
     error = Signal(6)
     axes, motion, any_axis = line.axes, line.modes.motion, line.given.any()
@@ -486,10 +528,10 @@ def _error_of_line(m: Module, line, is_arc: Signal, feed_zero: Signal) -> Signal
             m.d.comb += error.eq(31)
     with m.Elif((axes == AxisUse.MOTION) & (motion != GCodeMotion.RAPID) & feed_zero):
         m.d.comb += error.eq(22)
+    with m.Elif((is_arc | is_probe) & ~any_axis):
+        m.d.comb += error.eq(26)
     with m.Elif(is_arc):
-        with m.If(~any_axis):
-            m.d.comb += error.eq(26)
-        with m.Elif(_in_plane(line.modes.plane, line.given) == 0):
+        with m.If(_in_plane(line.modes.plane, line.given) == 0):
             m.d.comb += error.eq(32)
         with m.Elif(~line.has("R") & (_in_plane(line.modes.plane, offsets) == 0)):
             m.d.comb += error.eq(35)

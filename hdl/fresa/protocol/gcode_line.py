@@ -27,6 +27,11 @@ CODE_BITS = 7
 """Bits of the largest code of G or M, 94: what is known is looked up by no more of them."""
 
 
+PROBE_HUNDREDTHS = {GCodeMotion.PROBE_TOWARD: 20, GCodeMotion.PROBE_TOWARD_NO_ERROR: 30,
+                    GCodeMotion.PROBE_AWAY: 40, GCodeMotion.PROBE_AWAY_NO_ERROR: 50}
+"""Of G38."""
+
+
 class GCodeWord(data.Struct):
     """What a word says by itself."""
 
@@ -61,6 +66,8 @@ class GCodeLine(wiring.Component):
     ----------
     width, reach : int
         Bits of values, and of lengths, with their sign.
+    probing : bool
+        There is a probe: else G38 is a word that is unknown.
 
     Members
     -------
@@ -89,9 +96,10 @@ class GCodeLine(wiring.Component):
         If a parameter is out of range.
     """
 
-    def __init__(self, *, width: int = 44, reach: int = 36) -> None:
+    def __init__(self, *, width: int = 44, reach: int = 36, probing: bool = True) -> None:
         self.width = in_range("width", width, 8, 64)
         self.reach = in_range("reach", reach, 2, width)
+        self.probing = probing
         super().__init__({
             "item": In(gcode_layout(width)), "take": In(1), "clear": In(1), "end_program": In(1),
             "modes": In(GCodeModes), "line": Out(GCodeLineState), "error": Out(8),
@@ -148,6 +156,8 @@ class GCodeLine(wiring.Component):
                 line.modes.eq(0), line.modes.motion.eq(GCodeMotion.LINE),
                 line.modes.inches.eq(line.modes.inches), line.letters.eq(0),
                 line.axes.eq(AxisUse.NONE), line.non_modal.eq(NonModal.NONE)]
+        if not self.probing:  # so that synthesis knows
+            m.d.sync += line.modes.motion.as_value()[3].eq(0)
         return m
 
     @staticmethod
@@ -239,6 +249,13 @@ class GCodeLine(wiring.Component):
                 with m.Case(code):
                     says(ModalGroup.MOTION, code)
                     m.d.comb += item.axes.eq(AxisUse.MOTION)
+            if self.probing:
+                with m.Case(38):
+                    says(ModalGroup.MOTION, GCodeMotion.PROBE_TOWARD)
+                    m.d.comb += [item.axes.eq(AxisUse.MOTION), fraction.eq(1), unsupported.eq(1)]
+                    for motion, hundredths in PROBE_HUNDREDTHS.items():
+                        with m.If(number.exact & (number.hundredths == hundredths)):
+                            m.d.comb += [item.choice.eq(motion), unsupported.eq(0)]
             with m.Case(80):
                 says(ModalGroup.MOTION, GCodeMotion.NONE)
             for code in (17, 18, 19):

@@ -12,14 +12,18 @@ LETTERS = "FIJKLNPRSTXYZ"
 """Letters of words that have a value, in the order in which the values are stored."""
 
 
-class GCodeMotion(enum.Enum, shape=unsigned(3)):
-    """Mode of motion."""
+class GCodeMotion(enum.Enum, shape=unsigned(4)):
+    """Mode of motion: with bit 3 it probes, with bit 1 away, and with bit 0 without an alarm."""
 
     RAPID = 0
     LINE = 1
     CLOCKWISE = 2
     COUNTER_CLOCKWISE = 3
     NONE = 4
+    PROBE_TOWARD = 8  # G38.2
+    PROBE_TOWARD_NO_ERROR = 9
+    PROBE_AWAY = 10
+    PROBE_AWAY_NO_ERROR = 11  # G38.5
 
 
 class GCodeModes(data.Struct):

@@ -31,6 +31,7 @@ from tb.models.gcode_language import (
     Line,
     Offsets,
     Pause,
+    Probe,
     RefusedLine,
     Spindle,
     Vector,
@@ -41,9 +42,12 @@ from tb.models.gcode_language import (
 
 WIDTH = 44
 LAYOUT = gcode_layout(WIDTH)
-POSITION = data.StructLayout({"axis": 2, "value": signed(WIDTH)})
+POSITION = data.StructLayout({"axis": 3, "value": signed(WIDTH)})
+PLACES = (0, 1, 2, 4, 5, 6)
+"""Axes with which positions come: those of the machine, and where the probe touched."""
+
 LONGEST = 1500  # clocks of a line
-RESET = 101  # clocks until the first can come
+RESET = 126  # clocks until the first can come
 
 
 def word(given: Word, *, system: bool = False) -> int:
@@ -74,8 +78,8 @@ def words(text: str) -> list[Word]:
 class Narrow(wiring.Component):
     """The interpreter with its items in two ports, since engines have none of more than 64 bits."""
 
-    def __init__(self) -> None:
-        self.interpreter = GCodeInterpreter(width=WIDTH)
+    def __init__(self, *, probing: bool = True) -> None:
+        self.interpreter = GCodeInterpreter(width=WIDTH, probing=probing)
         ports = dict(self.interpreter.signature.members.items())
         del ports["words"]
         super().__init__({**ports, "word_low": In(64), "word_high": In(64), "word_valid": In(1),
@@ -104,12 +108,15 @@ def _join(m: Module, member, outer, inner) -> None:
 class Pair:
     """The gateware and its model: a line to both."""
 
-    def __init__(self, engine: Engine, seed: int = 0, haste: float = 1) -> None:
-        self.engine, self.model = engine, Interpreter()
+    def __init__(self, engine: Engine, seed: int = 0, haste: float = 1, *,
+                 probing: bool = True) -> None:
+        self.engine, self.model = engine, Interpreter(probing=probing)
         self.rng, self.haste = random.Random(seed), haste
         self.verdicts: list[int] = []
         self.longest = 0
         self.outside = False  # a jog leaves the travel
+        self.touches: list[tuple[int, int]] = []  # positions that a probing sets, by their axes
+        self.probed = [0, 0, 0]
         engine.set(answers_ready=0, actions_ready=0, word_valid=0)
 
     def line(self, given: list[Word], *, jog: bool = False) -> list[Action] | int:
@@ -130,11 +137,15 @@ class Pair:
         assert self._modes() == self.model.modes.__dict__
         assert self._vector(Operand.POSITION) == self.model.position
         assert self._vector(Operand.ORIGIN) == self.model.origin
+        assert self._vector(Operand.PROBED) == tuple(self.probed)
         return expected[1] if not expected[0] else expected[0]
 
     def position(self, axis: int, value: int) -> None:
-        """Set a position on both, where a line begins."""
-        self.model.set_position(axis, value)
+        """Set a position on both, or one where the probe touched, where that is taken."""
+        if axis >= 4:
+            self.probed[axis - 4] = value
+        else:
+            self.model.set_position(axis, value)
         self.engine.set(position_valid=1, word_valid=0,
                         position_payload=_bits(POSITION, {"axis": axis, "value": value}))
         assert self.engine.get("position_ready")
@@ -144,6 +155,7 @@ class Pair:
     def reset(self, line: list[Word]) -> None:
         """Reset both, the gateware within a line; the next line can come at once."""
         self.model.reset()
+        self.probed = [0, 0, 0]
         for item in map(word, line):
             self.engine.set(word_valid=1, word_low=item & 2**64 - 1, word_high=item >> 64)
             self.engine.run(3)
@@ -171,6 +183,7 @@ class Pair:
         engine, rng = self.engine, self.rng
         actions: list[Action] = []
         clocks = 0
+        probing = False  # a probe's line is taken, and its end is not
         while True:
             clocks += 1
             assert clocks < LONGEST
@@ -185,8 +198,15 @@ class Pair:
                     engine.set(verdict=verdict)
                 elif action.kind == GCodeActionKind.CHECK_JOG:
                     engine.set(verdict=self.outside)
+                elif probing:
+                    assert action.kind == GCodeActionKind.PROBED
+                    engine.set(word_valid=0)
+                    for axis, value in self.touches:
+                        self.position(axis, value)
+                    probing = False
                 else:
                     actions.append(self._action(action, position))
+                    probing = isinstance(actions[-1], Probe)
                 engine.set(actions_ready=1)
             if engine.get("answers_valid") and not wait:
                 answer = engine.get("answers_payload")
@@ -194,6 +214,7 @@ class Pair:
                 engine.run(1)
                 engine.set(answers_ready=0, word_valid=0)
                 self.longest = max(self.longest, clocks)
+                assert not probing
                 if answer:
                     assert not actions
                     raise RefusedLine(answer)
@@ -235,6 +256,10 @@ class Pair:
         feed = self._read(Operand.FEED)
         if kind == GCodeActionKind.LINE:
             return Line(target, feed, bool(modes.inverse))
+        if kind == GCodeActionKind.PROBE:
+            motion = modes.motion.value
+            return Probe(target, feed, bool(modes.inverse), away=bool(motion & 2),
+                         no_error=bool(motion & 1))
         if kind == GCodeActionKind.ARC:
             return Arc(target, self.centre, ((0, 1), (2, 0), (1, 2))[modes.plane],
                        modes.motion.value == 2, feed, bool(modes.inverse))
@@ -246,11 +271,12 @@ class Pair:
             return Coolant(bool(modes.mist), bool(modes.flood))
         if kind == GCodeActionKind.OFFSETS:
             return Offsets(self._vector(Operand.ORIGIN))
-        return Pause() if kind == GCodeActionKind.PAUSE else End()
+        return {GCodeActionKind.PAUSE: Pause(), GCodeActionKind.END: End()}[kind]
 
 
 def _modes(modes) -> dict:
-    return {"motion": 80 if modes.motion.value == 4 else modes.motion.value, "plane": modes.plane,
+    motion = {4: 80, 8: 382, 9: 383, 10: 384, 11: 385}
+    return {"motion": motion.get(modes.motion.value, modes.motion.value), "plane": modes.plane,
             "relative": bool(modes.relative), "inches": bool(modes.inches),
             "inverse": bool(modes.inverse), "system": modes.system,
             "spindle": modes.clockwise - modes.counter_clockwise, "mist": bool(modes.mist),
@@ -302,18 +328,30 @@ G21
 F1
 G80
 X1
-G18 G2 X1 Z1 F60 K1
+G38.2 X5 F60
+X6 Y7
+G38.3 Z-3 M0
+G38.4 X0
+G93 G38.5 X1 F2
+G94
+G4 P1
+G92 X0
+G28 Z1
+G28
+F60 G91 G38.2 Y-1 S4 T3 N5 M3
+G18 G90 G2 X1 Z1 F60 K1
 G19 G3 Y5 Z5 J5
 M4 S5 G55 G91 G20 M8 M30
 """
 
 REFUSED = """\
-A1|G5|M6|G38.2 X1|G43 Z1|G90.1|G61.1|G28.2|G-1|M-3|G10 L3 P1 X0|G10 L2 P1 X0 R1|G0 G1 X1
+A1|G5|M6|G43 Z1|G90.1|G61.1|G28.2|G-1|M-3|G10 L3 P1 X0|G10 L2 P1 X0 R1|G0 G1 X1
 G10 L-2 P1 X0|G10 L-20 P1 X0
 G0 G80|G17 G18|M3 M4|G90 G91|G1.5 F1|M3.1|G4.1|G10 G28|G43.1 G1 Z1|X1 X2|F-1|S-1|P-1|N-1|T256
 T255.5|N10000001|G1 X1|G1|G4|G10 X1|G10 L2 P7 X1|G10 L2 P1|G92|G2 F1|G2 G53 X1 F1|G80 X1
 G80 G92 X1|G2 Z1 I1 F1|G2 X0 Y0 R1 F1|G2 X1 F1|G1 X1 F1 I1|G4 P1 L2|P1|G43.1 X1|G43.1|X40000
 G20 X2000|G93 G1 X1|G1.004|G91.2|G10.1|G53.1
+G38 X1|G38.2|G38.2 F1|G38.5 X0 F1
 """.replace("\n", "|").split("|")[:-1]
 
 
@@ -322,7 +360,7 @@ def random_line(rng: random.Random) -> list[Word]:
     found = [Word("G", code * 10**4) for code in rng.sample(
         [0, 100, 200, 300, 8000, 400, 1000, 1700, 1800, 1900, 2000, 2100, 2800, 2810, 3000, 3010,
          4000, 4310, 4900, 5300, 5400, 5700, 5900, 6100, 9000, 9100, 9110, 9200, 9210, 9300, 9400,
-         3820, 7000, 9150], rng.choice([0, 0, 1, 1, 2, 3]))]
+         3820, 3830, 3840, 3850, 3800, 3860, 7000, 9150], rng.choice([0, 0, 1, 1, 2, 3]))]
     found += [Word("M", code * 10**6) for code in rng.sample(
         [0, 1, 2, 30, 3, 4, 5, 7, 8, 9, 6], rng.choice([0, 0, 0, 1, 2]))]
     letters = rng.choice(["XYZ", "XYIJ", "XYR", "XZIKF", "XYZF", "YZJKF", "PL", "P", "XYZPL", "FST",
@@ -364,10 +402,12 @@ def run(kind: type[Engine], lines: list[list[Word]], seed: int = 0, haste: float
             if seed and rng.random() < 0.05:
                 pair.reset(random_line(rng))
             while seed and rng.random() < 0.2:
-                pair.position(rng.randrange(3), rng.randrange(-2**35, 2**35))
+                pair.position(rng.choice(PLACES), rng.randrange(-2**35, 2**35))
             if seed and rng.random() < 0.2:
                 pair.outside = rng.random() < 0.3
                 pair.line(random_jog(rng), jog=True)
+            pair.touches = [(rng.choice(PLACES), rng.randrange(-2**35, 2**35))
+                            for _ in range(rng.randrange(3) if seed else 0)]
             pair.line(line)
         assert not engine.get("fault")
         return pair
@@ -431,6 +471,57 @@ def test_jogs_that_are_refused(line, error):
         pair.outside = True
         assert (pair.line(words(line), jog=True) or 0) == error
         assert pair.line(words("X1 F1"), jog=True) == 15
+
+
+REFUSED_PROBINGS = [
+    ("G38 X1 F1", 20), ("G38.1 X1 F1", 20), ("G38.6 X1 F1", 20), ("G38.21 X1 F1", 20),
+    ("G38.204 X1 F1", 20), ("G38.2 G1 X1 F1", 24), ("G1 G38.2 X1 F1", 24), ("G1 G38 X1", 24),
+    ("G38.2 G92 X1 F1", 24), ("G10 G38.2 L2 P1 X1", 24), ("G43.1 G38.2 Z1 F1", 24),
+    ("G80 G38.3 X1 F1", 21), ("G38.2 X1 X1", 25), ("G53 G38.2", 30), ("G53 G38.2 X1 F1", 30),
+    ("G38.2", 22), ("G38.2 X0", 22), ("G93 G38.2 X1", 22), ("G93 G38.2 F0", 22),
+    ("G38.2 X1 F0", 22), ("G38.2 F1", 26), ("G38.2 F1 I1", 26), ("G38.2 X0 F1", 33),
+    ("G38.2 X0 R1 F1", 33), ("G91 G38.4 X0 Y0 Z0 F1", 33), ("G38.2 X34400 F1", 38),
+    ("G91 G38.2 X34000 P1 F1", 36), ("G38.5 X1 P1 F1", 36), ("G38.2 X1 L1 F1", 36),
+    ("G38.2 X1 R1 F1", 36), ("G38.3 X1 I1 F1", 36), ("G38.3 X1 K1 F1", 36)]
+
+
+def test_probings_that_are_refused():
+    with AmaranthEngine(component("interpreter", Narrow())) as engine:
+        pair = Pair(engine)
+        engine.run(RESET)
+        for line, error in REFUSED_PROBINGS:
+            assert pair.line(words(line)) == error, line
+
+
+def test_a_probing_goes_on_where_the_probe_touched():
+    with AmaranthEngine(component("interpreter", Narrow())) as engine:
+        pair = Pair(engine)
+        engine.run(RESET)
+        pair.touches = [(2, -3_000_000), (6, -2_999_999), (4, 7), (5, 2**35 - 1)]
+        assert pair.line(words("G38.2 Z-10 F60")) == [
+            Probe((0, 0, -10_000_000), 1_000_000)]
+        assert pair.model.position == (0, 0, -3_000_000)
+        pair.touches = []
+        assert pair.line(words("G91 X1")) == [Probe((1_000_000, 0, -3_000_000), 1_000_000)]
+        pair.touches = [(0, 4)]
+        assert pair.line(words("G90 G38.5 X0 M30")) == [
+            Probe((0, 0, -3_000_000), 1_000_000, away=True, no_error=True), End()]
+        assert pair.line(words("X1")) == [Line((1_000_000, 0, -3_000_000), 1_000_000)]
+        pair.reset([])
+        assert pair._vector(Operand.PROBED) == (0, 0, 0)
+        assert pair.line(words("G93 G38.3 Y1 F2")) == [
+            Probe((1_000_000, 1_000_000, -3_000_000), 2_000_000, inverse=True, no_error=True)]
+
+
+def test_without_a_probe_there_is_no_probing():
+    with AmaranthEngine(component("interpreter", Narrow(probing=False))) as engine:
+        pair = Pair(engine, probing=False)
+        engine.run(RESET)
+        for line in ("G38.2 X1 F1", "G38.2 G1 X1 F1", "G1 G38.2", "G38", "G38.6"):
+            assert pair.line(words(line)) == 20
+        pair.reset([])
+        assert pair.line(words("G38.2 X1 F1")) == 20
+        assert pair.line(words("G1 X1 F60")) == [Line((1_000_000, 0, 0), 1_000_000)]
 
 
 def test_a_line_for_which_the_machine_is_not_ready_is_refused_with_that():
