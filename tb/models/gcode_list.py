@@ -9,8 +9,8 @@ HELP = b"[HLP:$$ $# $G $I $N $x=val $J=line $SLP $C $X $H $RST= ~ ! ? ctrl-x]\r\
 
 
 def listed(which: str, *, modes: Mapping[str, int], words: Mapping[int, int],
-           options: str = "V,63,128") -> bytes:
-    """Return what ``$``, ``$G``, ``$#``, ``$I`` or ``$N`` lists.
+           options: str = "V,63,128", probed: bool = False) -> bytes:
+    """Return what ``$``, ``$G``, ``$#``, ``$I`` or ``$N`` lists; of ``PRB``, what ends ``$#``.
 
     Parameters
     ----------
@@ -23,6 +23,8 @@ def listed(which: str, *, modes: Mapping[str, int], words: Mapping[int, int],
         unless it is ``inverse``.
     options : str
         Of the build.
+    probed : bool
+        The probe has touched in the last probing.
     """
     match which:
         case "":
@@ -33,12 +35,21 @@ def listed(which: str, *, modes: Mapping[str, int], words: Mapping[int, int],
             return b"$N0=\r\n$N1=\r\n"
         case "G":
             return _modes(modes, words)
+        case "PRB":
+            return _probed(words, probed)
     # Origins of the systems from 16 on, of G28 and G30 from 38, the offset of G92 from 34
     places = {**{54 + system: 16 + 3 * system for system in range(6)}, 28: 38, 30: 41, 92: 34}
-    lines = [f"[G{number}:{','.join(_length(words[at + axis]) for axis in range(3))}]"
-             for number, at in places.items()]
-    lines += [f"[TLO:{_length(words[37])}]", "[PRB:0.000,0.000,0.000:0]"]
-    return "".join(f"{line}\r\n" for line in lines).encode()
+    lines = [f"[G{number}:{_place(words, at)}]" for number, at in places.items()]
+    lines.append(f"[TLO:{_length(words[37])}]")
+    return "".join(f"{line}\r\n" for line in lines).encode() + _probed(words, probed)
+
+
+def _probed(words: Mapping[int, int], probed: bool) -> bytes:
+    return f"[PRB:{_place(words, 13)}:{int(probed)}]\r\n".encode()
+
+
+def _place(words: Mapping[int, int], at: int) -> str:
+    return ",".join(_length(words[at + axis]) for axis in range(3))
 
 
 def _modes(modes: Mapping[str, int], words: Mapping[int, int]) -> bytes:
@@ -46,10 +57,11 @@ def _modes(modes: Mapping[str, int], words: Mapping[int, int]) -> bytes:
     coolant = [name for name, on in (("M7", of("mist")), ("M8", of("flood"))) if on] or ["M9"]
     spindle = 3 if of("clockwise") else 4 if of("counter_clockwise") else 5
     feed = Fraction(words[47], 10**6) * (1 if of("inverse") else 60)
-    said = [f"G{(0, 1, 2, 3, 80)[of('motion')]}", f"G{54 + of('system')}", f"G{17 + of('plane')}",
-            "G20" if of("inches") else "G21", "G91" if of("relative") else "G90",
-            "G93" if of("inverse") else "G94", f"M{spindle}", *coolant,
-            f"T{words[49] // 10**6}", f"F{_rounded(feed)}",
+    motion = {4: "80", 8: "38.2", 9: "38.3", 10: "38.4", 11: "38.5"}
+    said = [f"G{motion.get(of('motion'), of('motion'))}",
+            f"G{54 + of('system')}", f"G{17 + of('plane')}", "G20" if of("inches") else "G21",
+            "G91" if of("relative") else "G90", "G93" if of("inverse") else "G94",
+            f"M{spindle}", *coolant, f"T{words[49] // 10**6}", f"F{_rounded(feed)}",
             f"S{_rounded(Fraction(words[48], 10**6))}"]
     return f"[GC:{' '.join(said)}]\r\n".encode()
 

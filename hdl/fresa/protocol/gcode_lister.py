@@ -25,9 +25,10 @@ class GCodeList(enum.Enum, shape=unsigned(3)):
     COORDINATES = 2  # $#
     BUILD = 3  # $I
     STARTUP = 4  # $N
+    PROBED = 5  # the last line of $#
 
 
-class GCodeText(enum.Enum, shape=unsigned(4)):
+class GCodeText(enum.Enum, shape=unsigned(5)):
     """What a part of a list says, around its numbers."""
 
     HELP = 0
@@ -46,6 +47,8 @@ class GCodeText(enum.Enum, shape=unsigned(4)):
     PROBED = 13
     WHOLE_SETTING = 14
     DECIMAL_SETTING = 15
+    LAST_PROBED = 16
+    PROBE_MOTION = 17
 
 
 LISTED = data.StructLayout({"text": GCodeText, "ends": 1, "code": 8, "value": signed(LISTED_BITS)})
@@ -54,6 +57,9 @@ LISTED = data.StructLayout({"text": GCodeText, "ends": 1, "code": 8, "value": si
 SYSTEMS = (*((54 + system, Operand.SYSTEM + 3 * system) for system in range(6)),
            (28, Operand.PREDEFINED), (30, Operand.PREDEFINED + 3), (92, Operand.OFFSET))
 """Coordinates in the order in which they are listed, by their numbers, and where they are."""
+
+LENGTH, PROBED = len(SYSTEMS), len(SYSTEMS) + 1
+"""Turns of what is listed behind them."""
 
 MIST = 7
 """Turn of the first word of coolant, among the modes."""
@@ -90,7 +96,8 @@ class GCodeLister(wiring.Component):
     MODES        motion, coordinate system, plane, units, distance, feed, spindle, coolant (two
                  if mist and flood are on), tool, feed in mm/min or 1/min, speed in rev/min
     COORDINATES  the three axes of G54 to G59, G28, G30 and G92 in um, the length of the tool,
-                 and where the probe touched, which is 0: there is no probing
+                 and where the probe touched in um, with whether it did in the last probing
+    PROBED       only the last of these lines, in three parts, too
     ===========  ============================================================================
 
     A number is read by its address and divided serially, rounded half away from zero, but that of
@@ -109,7 +116,9 @@ class GCodeLister(wiring.Component):
     list : In(GCodeList)
         Which, constant until ``done``.
     modes : In(GCodeModes)
-        The modes; they and all words are constant until ``done``.
+        The modes; they, ``probed`` and all words are constant until ``done``.
+    probed : In(1)
+        The probe has touched in the last probing.
     address, word : Out(6), In(signed(width))
         An `Operand`, and that word a clock later.
     parts : Out(stream.Signature(LISTED))
@@ -128,9 +137,9 @@ class GCodeLister(wiring.Component):
     def __init__(self, *, width: int = 44) -> None:
         self.width = in_range("width", width, 4, 64)
         super().__init__({
-            "start": In(1), "list": In(GCodeList), "modes": In(GCodeModes), "address": Out(6),
-            "word": In(signed(self.width)), "parts": Out(stream.Signature(LISTED)),
-            "done": Out(1), "fault": Out(1),
+            "start": In(1), "list": In(GCodeList), "modes": In(GCodeModes), "probed": In(1),
+            "address": Out(6), "word": In(signed(self.width)),
+            "parts": Out(stream.Signature(LISTED)), "done": Out(1), "fault": Out(1),
         })
 
     def elaborate(self, platform) -> Module:
@@ -151,7 +160,7 @@ class GCodeLister(wiring.Component):
                     m.d.comb += [choice.text.eq(only), choice.ends.eq(1), choice.last.eq(1)]
             with m.Case(GCodeList.MODES):
                 self._modes(m, turn, choice)
-            with m.Case(GCodeList.COORDINATES):
+            with m.Case(GCodeList.COORDINATES, GCodeList.PROBED):
                 self._coordinates(m, turn, axis, choice)
 
         # The digits of the quotient come from below as those of the word leave above: one more
@@ -193,6 +202,8 @@ class GCodeLister(wiring.Component):
         with m.FSM(name="lister_state") as fsm:
             with m.State("IDLE"):
                 m.d.sync += [turn.eq(0), axis.eq(0)]
+                with m.If(self.list == GCodeList.PROBED):
+                    m.d.sync += turn.eq(PROBED)
                 with m.If(self.start):
                     m.next = "CHOOSE"
             with m.State("CHOOSE"):
@@ -231,7 +242,8 @@ class GCodeLister(wiring.Component):
                 with m.If(self.parts.ready):
                     m.next = "CHOOSE"
                     m.d.sync += turn.eq(turn + 1)
-                    with m.If(self.list == GCodeList.COORDINATES):
+                    with m.If((self.list == GCodeList.COORDINATES)
+                              | (self.list == GCodeList.PROBED)):
                         m.d.sync += [turn.eq(turn + part.ends),
                                      axis.eq(Mux(part.ends, 0, axis + 1))]
                     with m.Elif((turn == MIST) & ~(self.modes.mist & self.modes.flood)):
@@ -249,11 +261,12 @@ class GCodeLister(wiring.Component):
     def _modes(self, m: Module, turn: Signal, choice: data.View) -> None:
         """Choose one of the modes."""
         modes = self.modes
-        none = modes.motion == GCodeMotion.NONE
+        motion = modes.motion.as_value()
+        none, probes = modes.motion == GCodeMotion.NONE, motion[3]
         spindle = Mux(modes.clockwise, 3, Mux(modes.counter_clockwise, 4, 5))
-        words = [Mux(none, 80, modes.motion.as_value()), 54 + modes.system, 17 + modes.plane,
-                 21 - modes.inches, 90 + modes.relative, 94 - modes.inverse, spindle,
-                 Mux(modes.mist, 7, Mux(modes.flood, 8, 9)), 8]
+        words = [Mux(none, 80, Mux(probes, motion[:2] + 2, motion)), 54 + modes.system,
+                 17 + modes.plane, 21 - modes.inches, 90 + modes.relative, 94 - modes.inverse,
+                 spindle, Mux(modes.mist, 7, Mux(modes.flood, 8, 9)), 8]
         with m.Switch(turn):
             for number, mode in enumerate(words):
                 with m.Case(number):
@@ -263,24 +276,28 @@ class GCodeLister(wiring.Component):
         places = [0] * 9 + [Operand.TOOL, Operand.FEED, Operand.SPEED]
         units = [GCodeUnit.ONE] * 10 + [GCodeUnit.FEED, GCodeUnit.ONE]
         m.d.comb += [
-            choice.text.eq(look_up([each.value for each in texts], turn, 4)),
+            choice.text.eq(look_up([each.value for each in texts], turn, 5)),
             choice.address.eq(look_up(places, turn, 6)), choice.divides.eq(turn >= MIST + 2),
             choice.unit.eq(look_up([each.value for each in units], turn, 2)),
             choice.ends.eq(turn == MIST + 4), choice.last.eq(turn == MIST + 4),
         ]
+        with m.If((turn == 0) & probes):
+            m.d.comb += choice.text.eq(GCodeText.PROBE_MOTION)
         with m.If(modes.inverse):
             m.d.comb += choice.unit.eq(GCodeUnit.ONE)
 
     def _coordinates(self, m: Module, turn: Signal, axis: Signal, choice: data.View) -> None:
         """Choose one of the coordinates."""
-        length, probed = turn == len(SYSTEMS), turn == len(SYSTEMS) + 1
+        length, probed = turn == LENGTH, turn == PROBED
         codes, places = zip(*SYSTEMS, strict=True)
-        texts = [each.value for each in (GCodeText.COORDINATES, GCodeText.AXIS,
-                                         GCodeText.LAST_AXIS)]
+        texts = [GCodeText.COORDINATES, GCodeText.AXIS, GCodeText.LAST_AXIS, GCodeText.LENGTH,
+                 GCodeText.PROBED, GCodeText.AXIS, GCodeText.LAST_PROBED]
         m.d.comb += [
-            choice.unit.eq(GCodeUnit.UM), choice.divides.eq(~probed), choice.last.eq(probed),
-            choice.ends.eq((axis == 2) | length | probed), choice.code.eq(look_up(codes, turn, 8)),
-            choice.address.eq(look_up([*places, Operand.LENGTH], turn, 6) + axis),
-            choice.text.eq(Mux(length, GCodeText.LENGTH, Mux(
-                probed, GCodeText.PROBED, look_up(texts, axis, 4)))),
+            choice.unit.eq(GCodeUnit.UM), choice.divides.eq(1),
+            choice.last.eq(probed & (axis == 2)), choice.ends.eq((axis == 2) | length),
+            choice.code.eq(look_up(codes, turn, 8) | (probed & self.probed)),
+            choice.address.eq(
+                look_up([*places, Operand.LENGTH, Operand.PROBED], turn, 6) + axis),
+            choice.text.eq(look_up([each.value for each in texts],
+                                   Cat(axis | length.replicate(2), probed), 5)),
         ]

@@ -1,5 +1,6 @@
 """Lines of a G-code machine to its host: answers, alarms, messages, status reports."""
 
+from collections.abc import Sequence
 from enum import IntEnum
 
 from amaranth import Cat, Module, Mux, Signal, Value, signed
@@ -98,10 +99,12 @@ FIELDS = (
 """Of a report, after its state; those between the first and the last are intermittent."""
 
 ALWAYS, HAS_PINS, HAS_ORIGIN, HAS_OVERRIDES, HAS_ACCESSORIES, HAS_END = range(len(FIELDS))
-OK, ERROR, ALARM = range(len(FIELDS), len(FIELDS) + 3)
-BREAK = ALARM + 1  # of a line whose rest does not come
-LISTS, STATES, MESSAGES = 16, 32, 48
-"""Numbers of texts, and of the first of lists, states and messages: their own are the low bits."""
+MESSAGES, STATES, LISTS = 0, 16, 32
+"""Numbers of the first texts of messages, states and lists: their own are the low bits."""
+
+FIRST_FIELD = MESSAGES + len(GCodeMessage)
+OK, ERROR, ALARM, BREAK = range(STATES + len(GCodeState), STATES + len(GCodeState) + 4)
+"""Numbers of the others, between them; the last is of a line whose rest does not come."""
 
 REFRESH_ORIGIN, REFRESH_OVERRIDES, REFRESH_AT_REST = 30, 20, 10
 """Reports from one with that field to the next, in a state in which something may move; and in
@@ -155,6 +158,8 @@ class GCodeReporter(wiring.Component):
         Blocks that it has room for, for ``$I``.
     receive : int
         Bytes that it has room for, for ``$I``.
+    notes : sequence of str
+        What else ``$I`` says, each in a message of its own: printable ASCII without brackets.
     position_bits : int
         Bits of a position in um, from 12 to 32; the other numbers have at most one bit less.
 
@@ -205,12 +210,17 @@ class GCodeReporter(wiring.Component):
     """
 
     def __init__(self, *, dialect: str = "grbl", options: str = "V", blocks: int = 63,
-                 receive: int = 128, position_bits: int = 27) -> None:
+                 receive: int = 128, notes: Sequence[str] = (), position_bits: int = 27) -> None:
         if dialect not in GREETINGS:
             raise ValueError(f"dialect must be {' or '.join(GREETINGS)}, not {dialect!r}")
         in_range("position_bits", position_bits, 12, 32)
-        self.texts = TextSource(_texts(GREETINGS[dialect], f"{options},{blocks},{receive}"),
-                                slot=32)
+        for note in notes:
+            if not (note.isascii() and note.isprintable()) or "[" in note or "]" in note:
+                raise ValueError(f"a note is printable ASCII without brackets, not {note!r}")
+        build = "".join(f"[{line}]\r\n" for line in (
+            "VER:1.1h.20190830:", f"OPT:{options},{blocks},{receive}",
+            *(f"MSG:{note}" for note in notes)))
+        self.texts = TextSource(_texts(GREETINGS[dialect], build.encode()), slot=32)
         self._writer = DecimalWriter(width=max(position_bits, SETTING_BITS + 1), is_signed=True,
                                      decimals=3)
         super().__init__({
@@ -385,7 +395,7 @@ class GCodeReporter(wiring.Component):
                         m.next = "PART"
                     for number in reversed(range(len(FIELDS))):
                         with m.If(fields[number]):
-                            m.d.sync += text.eq(number)
+                            m.d.sync += text.eq(FIRST_FIELD + number)
                             m.next = "ASK"
                     with m.If(fields[:HAS_ACCESSORIES + 1] == 1 << HAS_ACCESSORIES):
                         m.d.sync += pins.eq(accessories)
@@ -423,26 +433,29 @@ class GCodeReporter(wiring.Component):
         return has_origin, has_overrides
 
 
-def _texts(greeting: bytes, options: str) -> list[bytes]:
+def _texts(greeting: bytes, build: bytes) -> list[bytes]:
     """Return all texts by their numbers."""
     messages = {GCodeMessage.GREETING: greeting,
                 **{message: b"[MSG:%b]" % notice for message, notice in NOTICES.items()}}
     states = {state: b"<" + state.name.capitalize().encode() for state in GCodeState}
     for state in (GCodeState.HOLD, GCodeState.DOOR):
         states[state] += b":%c" % CODE
-    texts = [*FIELDS, b"ok\r\n", b"error:%c\r\n" % CODE, b"ALARM:%c\r\n" % CODE, b"\r\n"]
-    for first, others in ((LISTS, [_lists(options)[text] for text in GCodeText]),
-                          (STATES, [states[state] for state in GCodeState]),
-                          (MESSAGES, [messages[each] + b"\r\n" for each in GCodeMessage])):
-        texts += [*[texts[BREAK]] * (first - len(texts)), *others]  # numbers between have any
+    end = b"\r\n"
+    texts: list[bytes] = []
+    for first, others in (
+            (MESSAGES, [messages[each] + end for each in GCodeMessage]), (FIRST_FIELD, FIELDS),
+            (STATES, [states[state] for state in GCodeState]),
+            (OK, [b"ok" + end, b"error:%c" % CODE + end, b"ALARM:%c" % CODE + end, end]),
+            (LISTS, [_lists(build)[text] for text in GCodeText])):
+        texts += [*[end] * (first - len(texts)), *others]  # numbers between have any
     return texts
 
 
-def _lists(options: str) -> dict[GCodeText, bytes]:
+def _lists(build: bytes) -> dict[GCodeText, bytes]:
     """Return what parts of lists say."""
     return {
         GCodeText.HELP: b"[HLP:$$ $# $G $I $N $x=val $J=line $SLP $C $X $H $RST= ~ ! ? ctrl-x]\r\n",
-        GCodeText.BUILD: f"[VER:1.1h.20190830:]\r\n[OPT:{options}]\r\n".encode(),
+        GCodeText.BUILD: build,
         GCodeText.STARTUP: b"$N0=\r\n$N1=\r\n",
         GCodeText.MOTION: b"[GC:G%c" % WHOLE, GCodeText.G: b" G%c" % WHOLE,
         GCodeText.M: b" M%c" % WHOLE, GCodeText.TOOL: b" T%c" % WHOLE,
@@ -450,7 +463,9 @@ def _lists(options: str) -> dict[GCodeText, bytes]:
         GCodeText.COORDINATES: b"[G%c:%c" % (CODE, DECIMAL), GCodeText.AXIS: b",%c" % DECIMAL,
         GCodeText.LAST_AXIS: b",%c]\r\n" % DECIMAL,
         GCodeText.LENGTH: b"[TLO:%c]\r\n" % DECIMAL,
-        GCodeText.PROBED: b"[PRB:0.000,0.000,0.000:0]\r\n",
+        GCodeText.PROBED: b"[PRB:%c" % DECIMAL,
+        GCodeText.LAST_PROBED: b",%c:%c]\r\n" % (DECIMAL, CODE),
+        GCodeText.PROBE_MOTION: b"[GC:G38.%c" % WHOLE,
         GCodeText.WHOLE_SETTING: b"$%c=%c\r\n" % (CODE, WHOLE),
         GCodeText.DECIMAL_SETTING: b"$%c=%c\r\n" % (CODE, DECIMAL),
     }

@@ -16,8 +16,9 @@ from tb.models.gcode_list import listed
 
 WIDTH = 44
 LINES = {"": GCodeList.HELP, "G": GCodeList.MODES, "#": GCodeList.COORDINATES,
-         "I": GCodeList.BUILD, "N": GCodeList.STARTUP}
-MODES = {"motion": 5, "plane": 3, "relative": 2, "inches": 2, "inverse": 2, "system": 6,
+         "I": GCodeList.BUILD, "N": GCodeList.STARTUP, "PRB": GCodeList.PROBED}
+MOTIONS = 0, 1, 2, 3, 4, 8, 9, 10, 11
+MODES = {"motion": 1, "plane": 3, "relative": 2, "inches": 2, "inverse": 2, "system": 6,
          "clockwise": 2, "counter_clockwise": 2, "mist": 2, "flood": 2}
 """How many there are of each."""
 
@@ -29,9 +30,9 @@ class Lines(wiring.Component):
         self.reporter = GCodeReporter(options="VC", blocks=31, receive=96)
         lines = self.reporter.signature.members
         super().__init__({
-            "start": In(1), "list": In(GCodeList), "modes": In(GCodeModes), "address": Out(6),
-            "word": In(signed(WIDTH)), "done": Out(1), "reset": In(1), "answers": lines["answers"],
-            "request": In(1), "bytes": lines["bytes"]})
+            "start": In(1), "list": In(GCodeList), "modes": In(GCodeModes), "probed": In(1),
+            "address": Out(6), "word": In(signed(WIDTH)), "done": Out(1), "reset": In(1),
+            "answers": lines["answers"], "request": In(1), "bytes": lines["bytes"]})
 
     def elaborate(self, platform) -> Module:
         m = Module()
@@ -43,6 +44,7 @@ class Lines(wiring.Component):
         connect(m, reporter.bytes, flipped(self.bytes))
         m.d.comb += [
             lister.start.eq(self.start), lister.list.eq(self.list), lister.modes.eq(self.modes),
+            lister.probed.eq(self.probed),
             self.address.eq(lister.address), lister.word.eq(self.word), self.done.eq(lister.done),
             reporter.abandon.eq(self.reset), reporter.request.eq(self.request)]
         return m
@@ -54,6 +56,7 @@ class Host:
     def __init__(self, engine, seed: object = 0) -> None:
         self.engine, self.rng = engine, random.Random(f"{seed}")
         self.modes, self.words, self.sent = dict.fromkeys(MODES, 0), [0] * 64, bytearray()
+        self.probed = False
         engine.set(rst=1, answers_valid=0, request=0, reset=0, start=0)
         engine.run(1)
         engine.set(rst=0)
@@ -76,7 +79,7 @@ class Host:
 
     def begin(self, line: str) -> None:
         bits = GCodeModes.const(self.modes).as_bits()
-        self.run(start=1, list=LINES[line].value, modes=bits)
+        self.run(start=1, list=LINES[line].value, modes=bits, probed=self.probed)
 
     def list(self, line: str, share: float = 1) -> bytes:
         """Have something listed; return all lines of it."""
@@ -102,6 +105,24 @@ def test_modes_and_coordinates_as_they_are_at_power_up(engine):
     assert host.list("I") == b"[VER:1.1h.20190830:]\r\n[OPT:VC,31,96]\r\n"
 
 
+def test_where_the_probe_touched(engine):
+    host = Host(engine)
+    host.words[13:16] = 1_500, -2_000_499, 7
+    assert host.list("PRB") == b"[PRB:0.002,-2.000,0.000:0]\r\n"
+    host.probed = True
+    assert host.list("PRB") == b"[PRB:0.002,-2.000,0.000:1]\r\n"
+    assert host.list("#").endswith(b"\r\n[TLO:0.000]\r\n[PRB:0.002,-2.000,0.000:1]\r\n")
+    assert host.list("#").count(b"\r\n") == 11
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_each_motion_is_listed(engine, motion):
+    host = Host(engine)
+    host.modes["motion"] = motion
+    said = {4: "80", 8: "38.2", 9: "38.3", 10: "38.4", 11: "38.5"}.get(motion, str(motion))
+    assert host.list("G").startswith(f"[GC:G{said} G54 ".encode())
+
+
 @pytest.mark.parametrize("seed", [
     0, *(pytest.param(seed, marks=pytest.mark.long) for seed in range(1, 4))])
 def test_lists_are_those_of_the_model(engine, seed):
@@ -109,6 +130,7 @@ def test_lists_are_those_of_the_model(engine, seed):
     host = Host(engine, seed)
     for _ in range(3):
         host.modes = {name: rng.randrange(count) for name, count in MODES.items()}
+        host.modes["motion"], host.probed = rng.choice(MOTIONS), rng.random() < 0.5
         host.modes["counter_clockwise"] &= 1 - host.modes["clockwise"]
         host.words = [rng.choice([0, 500, 499, -500,
                                   rng.randint(-2**35, 2**35 - 1) >> rng.randrange(35)])
@@ -118,7 +140,8 @@ def test_lists_are_those_of_the_model(engine, seed):
         host.words[49] = rng.randint(0, 255_000_000)
         for line in LINES:
             assert host.list(line, rng.choice([0.3, 1])) == listed(
-                line, modes=host.modes, words=dict(enumerate(host.words)), options="VC,31,96")
+                line, modes=host.modes, words=dict(enumerate(host.words)), options="VC,31,96",
+                probed=host.probed)
 
 
 @pytest.fixture(scope="module")

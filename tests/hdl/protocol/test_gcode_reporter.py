@@ -3,10 +3,12 @@
 """Lines of a G-code machine, against GRBL's documentation."""
 
 import random
+import re
 
 import pytest
+from amaranth import Fragment
 
-from fresa.protocol import GCodeMessage, GCodeReporter, GCodeState
+from fresa.protocol import GCodeMessage, GCodeReporter, GCodeState, GCodeText, TextSource
 from tb.boards import component
 from tb.engines import AmaranthEngine
 from tb.models.gcode_report import MESSAGES, STATES, Reports, Sample, alarm, answer
@@ -233,7 +235,28 @@ def test_greeting(dialect, greeting):
     assert sent == greeting
 
 
+def texts(notes: list[str]) -> TextSource:
+    """Return what a reporter with these notes says."""
+    reporter = GCodeReporter(notes=notes)
+    Fragment.get(reporter, None)  # else Amaranth warns that it is unused
+    return reporter.texts
+
+
+def test_what_a_build_says():
+    source = texts(["made by (x)", "2"])
+    text = source.texts[32 + GCodeText.BUILD.value]
+    assert text == (b"[VER:1.1h.20190830:]\r\n[OPT:V,63,128]\r\n[MSG:made by (x)]\r\n"
+                    b"[MSG:2]\r\n")
+
+
+def test_texts_are_in_one_block_ram():
+    assert texts(["a" * 120, "b" * 100]).size <= 2048
+
+
 @pytest.mark.parametrize(("parameters", "message"), [
+    *(({"notes": ["a", note]},
+       f"a note is printable ASCII without brackets, not {re.escape(repr(note))}")
+      for note in ("a[", "a]", "\r", "\xe4")),
     ({"dialect": "basic"}, "dialect must be grbl or thesis, not 'basic'"),
     ({"position_bits": 33}, "position_bits must be a whole number from 12 to 32, not 33"),
 ])
