@@ -1,6 +1,7 @@
 """`GCode`: a machine that speaks the GRBL 1.1 protocol behind a serial line, from Python."""
 
 import os
+import re
 from collections.abc import Callable, Iterable
 from contextlib import suppress
 from math import isfinite
@@ -175,15 +176,46 @@ class GCode(SerialMachine[GCodeSession]):
         ValueError
             If one of them is no number.
         """
-        numbers = {"X": x, "Y": y, "Z": z, "F": feed}
-        if not all(map(isfinite, numbers.values())):
-            raise ValueError(f"not a way, or no feed: {numbers}")
-        words = "".join(f"{letter}{number:.3f}" for letter, number in numbers.items())
-        self._run(self._session.ask(f"$J=G21G91{words}"))
+        self._run(self._session.ask(f"$J=G21G91{_way(feed, x, y, z)}"))
 
     def end_jog(self) -> None:
         """Slow down, stand, and forget what is left of jogs, at once. Do not wait for it."""
         self._port.write(JOG_CANCEL)
+
+    def probe(self, feed: float, *, x: float = 0, y: float = 0, z: float = 0,
+              away: bool = False) -> Position | None:
+        """Go by a distance until the probe touches; return where it did, or None if it did not.
+
+        It brakes then, and stands beyond that place, or has gone the whole distance. Modes are as
+        before, but that of motion, which is G0, and F, which is `feed`.
+
+        Parameters
+        ----------
+        feed : float
+            In mm a minute.
+        x, y, z : float
+            In mm.
+        away : bool
+            It touches now; go until it does not.
+
+        Returns
+        -------
+        Position, optional
+            In the machine's coordinates: mm, or inches if it reports in them ($13).
+
+        Raises
+        ------
+        ValueError
+            If one of them is no number.
+        Alarmed
+            If the probe is already as it should become: nothing has moved.
+        """
+        way = _way(feed, x, y, z)
+        _, *modes = re.findall(r"G\d[\d.]*", " ".join(self.command("$G")))
+        said = self.command(f"G21G91G94G38.{5 if away else 3}{way}")
+        self.command("".join(["G0", *modes]))
+        found = re.search(r"\[PRB:([-\d.]+),([-\d.]+),([-\d.]+):1\]", "".join(said))
+        return Position(*map(float, found.groups())) if found else None
 
     def hold(self) -> None:
         """Slow down and stand, at once; a jog ends so. Do not wait for it."""
@@ -216,3 +248,11 @@ class GCode(SerialMachine[GCodeSession]):
     def unlock(self) -> None:
         """End an alarm, without homing: the position may be wrong."""
         self._run(self._session.ask("$X", clear=True))
+
+
+def _way(feed: float, x: float, y: float, z: float) -> str:
+    """Return the words of a distance, and a feed."""
+    numbers = {"X": x, "Y": y, "Z": z, "F": feed}
+    if not all(map(isfinite, numbers.values())):
+        raise ValueError(f"not a way, or no feed: {numbers}")
+    return "".join(f"{letter}{number:.3f}" for letter, number in numbers.items())

@@ -33,6 +33,8 @@ class FakeGCode(FakePort):
         Answers that are lost.
     alarms : dict of str to int
         Lines that raise an alarm, after which it resets itself.
+    touches : float, optional
+        Z at which a probe touches.
     real_time : list of bytes
         Real-time commands that it received, without ``?``.
     """
@@ -42,6 +44,7 @@ class FakeGCode(FakePort):
         self.most, self.lines, self.lose = 0, [], 0
         self.deaf = self.mute = False
         self.alarms: dict[str, int] = {}
+        self.touches: float | None = None
         self.real_time: list[bytes] = []
         self.reports = 0
         self.reset()
@@ -110,6 +113,13 @@ class FakeGCode(FakePort):
         elif line.startswith("$J="):
             self.state = "Jog"
             self.machine.jog(_words(line))
+        elif "G38." in line:
+            x, y, z = (at / 1e6 for at in self.machine.position)
+            found = self.touches is not None
+            z = self.touches if found else z
+            self.say(f"[PRB:{x:.3f},{y:.3f},{z:.3f}:{found:d}]\r\n".encode())
+        elif line == "$G":
+            answer = b"[GC:G38.2 G54 G17 G20 G90 G94 M3 M9 T0 F0 S0]\r\nok\r\n"
         elif line == "$I":
             answer = b"[VER:1.1h.20190830:]\r\n[OPT:V,15,128]\r\nok\r\n"
         elif self.state == "Alarm":

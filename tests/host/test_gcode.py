@@ -90,6 +90,17 @@ def test_a_jog_and_its_end(fake):
     assert fake.real_time[-1] == b"\x85"
 
 
+def test_a_probing_says_where_it_touched_and_leaves_the_modes(fake):
+    with opened(fake) as machine:
+        assert machine.probe(60, z=-5) is None
+        fake.touches = -1.25
+        assert machine.probe(60, x=1, z=-5, away=True) == (0, 0, -1.25)
+        with pytest.raises(ValueError, match="inf"):
+            machine.probe(60, z=float("inf"))
+    assert fake.lines[-3:] == ["$G", "G21G91G94G38.5X1.000Y0.000Z-5.000F60.000",
+                               "G0G54G17G20G90G94"]
+
+
 def test_an_alarm_and_what_ends_it(fake):
     fake.alarms["G0 X9000"] = 2
     with opened(fake) as machine:
