@@ -58,9 +58,10 @@ def g_code_line(run: Run) -> str:
 
 @bench
 def g_code_lister(run: Run) -> str:
-    """The modes, with a feed, and what the build is."""
+    """The modes, with a feed, what the build is, and where the probe touched."""
     dut = GCodeLister()
-    words = {Operand.FEED: 8_333_333, Operand.SPEED: 1_500_000, Operand.TOOL: 3_000_000}
+    words = {Operand.FEED: 8_333_333, Operand.SPEED: 1_500_000, Operand.TOOL: 3_000_000,
+             Operand.PROBED + 2: -1_000_500}
 
     async def memory(ctx):
         while True:
@@ -89,10 +90,14 @@ def g_code_lister(run: Run) -> str:
                    [0, 54, 17, 21, 90, 94, 5, 8, 3, 500, 2])
         run.expect("build", [text for text, _ in await parts(ctx, GCodeList.BUILD)],
                    [GCodeText.BUILD.name])
+        ctx.set(dut.probed, 1)
+        run.expect("probed", await parts(ctx, GCodeList.PROBED),
+                   [("PROBED", 0), ("AXIS", 0), ("LAST_PROBED", -1001)])
         run.see(ctx, dut, fault=0)
 
     run.simulate(dut, test, memory)
-    return "the modes are G0 G54 G17 G21 G90 G94 M5 M8, tool 3, 500 mm/min, 2 rev/min"
+    return ("the modes are G0 G54 G17 G21 G90 G94 M5 M8, tool 3, 500 mm/min, 2 rev/min; "
+            "the probe touched at Z -1.001")
 
 
 @bench

@@ -403,15 +403,17 @@ def g_code_reader(run: Run) -> str:
 
 @bench
 def g_code_interpreter(run: Run) -> str:
-    """A position, a motion from it, an offset, and two lines that are refused."""
+    """A position, a motion from it, an offset, two lines that are refused, and a probing."""
     dut = GCodeInterpreter()
 
     async def line(ctx, text: str, *expected: tuple[GCodeActionKind, Operand, int]) -> None:
         for word in text.split():
-            whole = int(word[1:])
+            whole, _, tenth = word[1:].partition(".")
+            hundredths = int(tenth or 0) * 10
             await put(ctx, dut.words, {
                 "kind": GCodeKind.WORD, "character": ord(word[0]), "number": {
-                    "value": whole * 10**6, "whole": whole, "exact": 1, "integer": 1}})
+                    "value": int(whole) * 10**6 + hundredths * 10**4, "whole": int(whole),
+                    "hundredths": hundredths, "exact": 1, "integer": not hundredths}})
         await put(ctx, dut.words, {"kind": GCodeKind.END})
         for kind, address, value in expected:
             await run.until(ctx, dut.actions, valid=1)
@@ -419,6 +421,8 @@ def g_code_interpreter(run: Run) -> str:
             await ctx.tick()
             run.expect(f"action of {text}", ctx.get(dut.actions.p.kind), kind)
             run.expect(f"operand of {text}", ctx.get(dut.operand), value)
+            if kind == GCodeActionKind.PROBED:
+                await put(ctx, dut.position, {"axis": 0, "value": 4 * 10**6})
             ctx.set(dut.actions.ready, 1)
             await ctx.tick()
             ctx.set(dut.actions.ready, 0)
@@ -443,10 +447,16 @@ def g_code_interpreter(run: Run) -> str:
         await answer(ctx, 25)
         await line(ctx, "G80 X1")
         await answer(ctx, 31)
+        await line(ctx, "G38.2 X0", (GCodeActionKind.PROBE, Operand.TARGET, 5 * 10**6),
+                   (GCodeActionKind.PROBED, Operand.POSITION, 5 * 10**6))
+        await answer(ctx, 0)
+        await line(ctx, "G91 G1 X1", (GCodeActionKind.LINE, Operand.TARGET, 5 * 10**6))
+        await answer(ctx, 0)
         run.see(ctx, dut, fault=0)
 
     run.simulate(dut, test)
-    return "three lines done, from the position that was set; two refused, with 25 and 31"
+    return ("three lines done, from the position that was set; two refused, with 25 and 31; "
+            "and one from where the probe touched")
 
 
 @bench

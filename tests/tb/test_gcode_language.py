@@ -20,6 +20,7 @@ from tb.models.gcode_language import (
     Modes,
     Offsets,
     Pause,
+    Probe,
     RefusedLine,
     Spindle,
     Word,
@@ -85,6 +86,19 @@ class TestLines:
     def test_per_minute(self):
         _, found = run("G93 G1 X1 F2", "X2", "G94 X3", "G94 X3 F60")
         assert found == [[Line(mm(1), 2_000_000, inverse=True)], 22, 22, [Line(mm(3), 1_000_000)]]
+
+
+    def test_probings(self):
+        machine, found = run("G38.2 X1 F60", "Z-1", "G38.3 X2", "G38.4 X3", "G93 G38.5 X4 F2")
+        assert found == [
+            [Probe(mm(1), 10**6)], [Probe(mm(1, 0, -1), 10**6)],
+            [Probe(mm(2, 0, -1), 10**6, no_error=True)], [Probe(mm(3, 0, -1), 10**6, away=True)],
+            [Probe(mm(4, 0, -1), 2 * 10**6, inverse=True, away=True, no_error=True)]]
+        assert machine.modes == Modes(motion=385, inverse=True)
+        without = Interpreter(probing=False)
+        without.reset()
+        with pytest.raises(RefusedLine, match="^20$"):
+            without.line(words("G38.2 X1 F60"))
 
 
 class TestArcs:
@@ -161,7 +175,9 @@ class TestOthers:
         assert machine.origin == mm(0)
 
     @pytest.mark.parametrize(("line", "code"), [
-        ("A1", 20), ("G5", 20), ("M6", 20), ("G38.2 X1", 20), ("G43 Z1", 20), ("G90.1", 20),
+        ("A1", 20), ("G5", 20), ("M6", 20), ("G38 X1 F1", 20),
+        ("G38.6 X1 F1", 20), ("G38.2 X1", 22), ("G38.2 F1", 26), ("G38.2 X0 F1", 33),
+        ("G38.5 X1 P1 F1", 36), ("G43 Z1", 20), ("G90.1", 20),
         ("G61.1", 20), ("G28.2", 20), ("G-1", 20), ("M-3", 23), ("G10 L3 P1 X0", 20),
         ("G10 L2 P1 X0 R1", 20), ("G10 L-2 P1 X0", 20),
         ("G0 G1 X1", 24), ("G0 G80", 21), ("G17 G18", 21), ("M3 M4", 21),
