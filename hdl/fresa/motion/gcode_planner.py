@@ -35,7 +35,7 @@ from .blocks import (
     BlockWord,
     OverrideKind,
 )
-from .overrides import NORMAL, OVERRIDE_BITS
+from .overrides import OVERRIDE_BITS, override_of
 
 __all__ = ["HOMING", "GCodePlanner", "HomingRequest"]
 
@@ -144,6 +144,7 @@ class _Row(NamedTuple):
     input: str = ""
 
 
+# An even number, as `choose` wants: the last is none.
 _INPUTS = ("steps_now_x", "steps_now_y", "steps_now_z", "spindle", "speed_now", "distance", "feed",
            "steps", "header", "setting", "thousandths", "flag", "override", "")
 _FLAGS = "back", "from_switch", "clockwise", "plane"
@@ -606,8 +607,8 @@ class GCodePlanner(wiring.Component):
         flag = Array([request.back, request.from_switch,
                       modes.motion == GCodeMotion.CLOCKWISE, modes.plane])[row.source[:2]]
         override = Signal(WIDTH)
-        m.d.comb += override.eq(Mux(rapid, self.rapid_override, Mux(
-            header.override == OverrideKind.NONE, NORMAL, self.feed_override)) << OVERRIDE_SHIFT)
+        m.d.comb += override.eq(override_of(
+            header.override, feed=self.feed_override, rapid=self.rapid_override) << OVERRIDE_SHIFT)
         inputs = [*self.steps, self.spindle_speed, self.speed, request.distance,
                   request.feed, request.steps, header.as_value(), self.setting,
                   request.thousandths, flag, override, Const(0)]

@@ -8,7 +8,7 @@ from ..arithmetic.line import WIDTH
 from ..checks import in_range
 from ..choice import add_choice
 from .blocks import OverrideKind
-from .overrides import NORMAL, OVERRIDE_BITS
+from .overrides import OVERRIDE_BITS, override_of
 
 __all__ = ["NominalSpeed"]
 
@@ -84,8 +84,7 @@ class NominalSpeed(wiring.Component):
             read.addr.eq(Cat(step == 0, place ^ of_running)),
         ]
         kind = Mux(of_running, running, self.override)
-        percent = Mux(kind == OverrideKind.RAPID, self.rapid,
-                      Mux(kind == OverrideKind.NONE, NORMAL, self.feed))
+        percent = override_of(kind, feed=self.feed, rapid=self.rapid)
 
         # A sum moves right into the digits of the factor, which it has used.
         factor = Signal(self.word_bits)

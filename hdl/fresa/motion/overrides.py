@@ -1,19 +1,24 @@
 """What an operator changes while a program runs: feed, rapids, spindle and coolant."""
 
-from amaranth import Cat, Module, Mux, Signal, signed
+from amaranth import Cat, Module, Mux, Signal, Value, signed
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from ..protocol import RealtimeCode
-from .blocks import Outputs
+from .blocks import Outputs, OverrideKind
 
-__all__ = ["NORMAL", "OVERRIDE_BITS", "Overrides"]
+__all__ = ["OVERRIDE_BITS", "Overrides", "override_of"]
 
 OVERRIDE_BITS = 8
 """Bits of a percentage."""
 
 NORMAL, LEAST, MOST = 100, 10, 200
 """Percentages at first, and the bounds of those of feed and spindle."""
+
+
+def override_of(kind: Value, *, feed: Value, rapid: Value) -> Value:
+    """Return the percentage that a motion obeys, by its `OverrideKind`."""
+    return Mux(kind == OverrideKind.RAPID, rapid, Mux(kind == OverrideKind.NONE, NORMAL, feed))
 
 
 _STEPS = (RealtimeCode.FEED_RESET, RealtimeCode.SPINDLE_RESET), (

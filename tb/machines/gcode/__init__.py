@@ -60,7 +60,7 @@ def _others(text: str) -> tuple[tuple[int, Fraction], ...]:
     return tuple(found.items())
 
 
-def _program(name: str, dialect: str) -> bytes:
+def _program(name: str, dialect: str, *, probing: bool) -> bytes:
     """Return the program in a file, without comments, after the model of the language took it."""
     if not name:
         return b""
@@ -68,7 +68,7 @@ def _program(name: str, dialect: str) -> bytes:
         text = Path(name).read_text(encoding="latin-1")  # a comment may have any bytes
     except OSError as error:
         raise ValueError(f"--program {name} cannot be read: {error.strerror}") from error
-    language, lines = Interpreter(), []
+    language, lines = Interpreter(probing=probing and dialect == "grbl"), []
     for number, line in enumerate(text.splitlines(), 1):
         kept = re.sub(r"\([^)]*(?:\)|$)|;.*", "", line).strip(" \t")
         if kept in ("", "%"):
@@ -90,14 +90,15 @@ def _program(name: str, dialect: str) -> bytes:
 
 def _real(clock: int, *, steps: Sequence[str], rate: Sequence[str], acceleration: Sequence[str],
           deviation: str, settings: str, program: str, kinematics: str,
-          second_motor: str | None, dialect: str, **values: int):
+          second_motor: str | None, dialect: str, no_probing: bool, **values: int):
     each = {name: tuple(_number(f"--{name}", text) for text in texts)
             for name, texts in (("steps", steps), ("rate", rate), ("acceleration", acceleration))}
     return {"settings": GCodeSettings(
         clock=clock, steps_per_mm=each["steps"], max_rate=each["rate"],
         acceleration=each["acceleration"], deviation=_number("--deviation", deviation),
-        others=_others(settings), program=_program(program, dialect), kinematics=kinematics,
-        second_motor=second_motor, dialect=dialect, **values)}
+        others=_others(settings), kinematics=kinematics, second_motor=second_motor,
+        program=_program(program, dialect, probing=not no_probing), dialect=dialect,
+        probing=not no_probing, **values)}
 
 
 def _inverted(**options: Any):
@@ -141,6 +142,7 @@ OPTIONS = (
            choices=tuple(KINEMATICS), serve=True),
     Option("second_motor", "axis that has a second motor with a limit switch, as a gantry may have "
            "one, which homing squares (default: none)", None, choices=AXIS_NAMES, serve=True),
+    Option("no_probing", "leave out probing, G38.2 to G38.5, for a small FPGA", False, serve=True),
     Option("program", "a file of G-code that goes into the bitstream, for the start button to run "
            "(default: none)", "", metavar="FILE", serve=True),
     *(Option(name, f"least time for which {says} (default: %(default)s)", time, least=1,

@@ -25,6 +25,8 @@ REALTIME = (b"?", b"?", b"?", b"!", b"~", b"~", b"~", b"\x18", b"\x84", b"\x85",
             b"\x91", b"\x92", b"\x96", b"\x95", b"\x9b", b"\x9e", b"\xa0", b"\xa1")
 OTHERS = (b"M3 S1000", b"M5", b"M8", b"M9", b"M7", b"G4 P0.001", b"G4", b"M0", b"M2", b"G92 X1",
           b"G92.1", b"G10 L2 P1 X0.5", b"G54", b"G55", b"G20", b"G21", b"G91", b"G90", b"G28",
+          b"G38.2 X0.3 Y0.1 F9000", b"G38.3 Z-0.2 F6000", b"G38.4 X0.1", b"G38.5 Y0.2 F9000",
+          b"G38.2",
           b"$J=G91 X0.2 F900", b"$J=X0 Y0 F9000", b"$J=G0 X1 F1",
           b"$X", b"$H", b"$$", b"$", b"$G", b"$#", b"$I", b"$C", b"$C", b"$RST=#", b"",
           b"(comment) G1", b"; all of it", b"G1 X", b"X1 X2", b"G1 G2 X1",

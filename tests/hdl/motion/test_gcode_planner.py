@@ -32,6 +32,10 @@ LINE = Line(clock=2_000_000, speeds=(50_000_000, 40_000_000, 10_000_000),
 RATE = Fraction(10**8, 3)
 SETTINGS = PlanSettings(LINE.clock, LINE.speeds, LINE.accelerations, LINE.steps, LINE.deviation)
 
+OVERRIDES = {GCodeActionKind.LINE: OverrideKind.FEED, GCodeActionKind.RAPID: OverrideKind.RAPID,
+             GCodeActionKind.PROBE: OverrideKind.NONE}
+"""What overrides the speed of a straight line."""
+
 
 class Machine:
     """The gateware between an interpreter and a queue."""
@@ -129,13 +133,17 @@ def check(engine: Engine, seed: int, count: int) -> None:
         operands |= {Operand.TARGET + axis: each for axis, each in enumerate(target)}
         operands |= {Operand.ORIGIN + axis: rng.randint(-1 << 34, 1 << 34) for axis in range(3)}
         kind = rng.choice([GCodeActionKind.LINE] * 3 + [
-            GCodeActionKind.RAPID, GCodeActionKind.DWELL, GCodeActionKind.SPINDLE,
+            GCodeActionKind.RAPID, GCodeActionKind.PROBE, GCodeActionKind.DWELL,
+            GCodeActionKind.SPINDLE,
             GCodeActionKind.COOLANT, GCodeActionKind.PAUSE, GCodeActionKind.OFFSETS])
         modes = {name: rng.getrandbits(1) for name in ("clockwise", "mist", "flood")}
         if rng.random() < 0.3:
             model.feed_override = rng.choice([10, 99, 100, 200, rng.randint(10, 200)])
             model.rapid_override = rng.choice([25, 50, 100])
             engine.set(feed_override=model.feed_override, rapid_override=model.rapid_override)
+        override = model.feed_override
+        if kind == GCodeActionKind.PROBE:
+            model.feed_override = 100
         percent = (model.rapid_override if kind == GCodeActionKind.RAPID
                    else model.feed_override)
         inverse = rng.random() < 0.2
@@ -151,10 +159,11 @@ def check(engine: Engine, seed: int, count: int) -> None:
                 assert abs(origin * 1000 - operands[Operand.ORIGIN + axis]) <= 500
             continue
         block = None
-        if kind in {GCodeActionKind.LINE, GCodeActionKind.RAPID}:
+        if kind in OVERRIDES:
             before = model.nominal
             block = model.line(target, None if kind == GCodeActionKind.RAPID else feed,
                                inverse=inverse)
+            model.feed_override = override
             if block is None:
                 assert words is None
                 assert model.nominal == before
@@ -169,8 +178,7 @@ def check(engine: Engine, seed: int, count: int) -> None:
             assert [header.channel[axis] for axis in range(3)] == [0, 1, 2]
             assert not header.arc
             assert block == motion(words, percent)
-            assert header.override == (OverrideKind.RAPID if kind == GCodeActionKind.RAPID
-                                       else OverrideKind.FEED)
+            assert header.override == OVERRIDES[kind]
             assert words[BlockWord.EXTRA] == operands[Operand.SPEED]
             programmed = (words[BlockWord.MODULUS] >> 14) + (words[BlockWord.ENERGY] >> 26 << 22)
             if kind == GCodeActionKind.RAPID:

@@ -1,0 +1,222 @@
+# amaranth: UnusedElaboratable=no
+
+"""G38.2 to G38.5 of `gcode`, with a plate that the tool touches."""
+
+from dataclasses import replace
+from fractions import Fraction
+
+import pytest
+
+from fresa.machines.gcode import GCode
+from tb.boards import component
+from tb.engines import CXXRTLEngine
+
+from .test_gcode import GREETING, SETTINGS, UNLOCKED, Session
+
+pytestmark = pytest.mark.compiler
+
+Z_STEPS = 250
+PLATE = -300
+"""Highest place of Z at which the tool touches, in steps: -1.2 mm."""
+
+FEED, ACCELERATION = 600, 1000
+"""mm/min, and mm/s²."""
+
+WAY = (FEED / 60) ** 2 / 2 / ACCELERATION
+"""On which that stops, in mm."""
+
+
+class Probing(Session):
+    """A session with a plate below the tool."""
+
+    plate: int | None = PLATE
+    touched: list[int] | None = None
+    """Where the axes were when it was touched first, in steps."""
+
+    def run(self, clocks: int) -> None:
+        """Let time pass; the probe follows Z."""
+        end = self.engine.clock + clocks
+        while self.engine.clock < end:
+            on = self.plate is not None and self.position[2] <= self.plate
+            if on and self.touched is None:
+                self.touched = [*self.position]
+            self.engine.set(probe=on)
+            super().run(min(20, end - self.engine.clock))
+
+    def probed(self) -> str:
+        """Return where ``$#`` says that it touched."""
+        (line,) = (line for line in self.send("$#\n") if line.startswith("[PRB:"))
+        return line
+
+
+@pytest.fixture(scope="module")
+def design():
+    return component("gcode", GCode(settings=SETTINGS))
+
+
+@pytest.fixture
+def session(design):
+    with CXXRTLEngine(design) as engine:
+        yield Probing(engine)
+        assert not engine.get("fault")
+
+
+def test_it_ends_where_it_touches_and_says_where(session):
+    found = "[PRB:1.000,0.000,-1.200:1]"
+    assert session.send(f"G1X1F{FEED}\nG38.2Z-5\n") == ["ok", found, "ok"]
+    assert session.touched == [80, 0, PLATE]
+    assert session.probed() == found
+    # It has braked, and knows where it is.
+    beyond = (PLATE - session.position[2]) / Z_STEPS
+    assert WAY <= beyond < WAY + 0.02
+    state, place = session.state()
+    assert (state, place) == ("Idle", [1, 0, pytest.approx(session.position[2] / Z_STEPS)])
+    assert session.send("G91G0Z1\n") == ["ok"]
+    assert session.position[2] == PLATE - round(beyond * Z_STEPS) + Z_STEPS
+    assert session.send("G90G0X0Z0\n") == ["ok"]
+    assert session.position == [0, 0, 0]
+    assert "G0 " in session.send("$G\n")[0]
+
+
+def test_a_probing_waits_for_the_motion_before_it(session):
+    answers = session.send(f"G1X3F{FEED}\nG38.2Z-5\nG0Z0\n")
+    assert answers == ["ok", "[PRB:3.000,0.000,-1.200:1]", "ok", "ok"]
+    assert session.touched == [240, 0, PLATE]
+    assert session.position == [240, 0, 0]
+
+
+@pytest.mark.parametrize("code", [2, 3])
+def test_what_it_does_not_find(session, code):
+    session.plate = None
+    end = "[PRB:0.000,0.000,-0.500:0]" if code == 3 else "[PRB:0.000,0.000,0.000:0]"
+    alarm = [] if code == 3 else ["ALARM:5"]
+    assert session.send(f"G38.{code}Z-.5F{FEED}\n") == [*alarm, end, "ok"]
+    assert session.position == [0, 0, -125]
+    if alarm:
+        assert session.send("G0Z0\n$X\n") == ["error:9", UNLOCKED, "ok"]
+    assert session.send("G0Z0\n") == ["ok"]
+    assert session.position == [0, 0, 0]
+
+
+def test_what_touches_already_is_an_alarm_and_nothing_moves(session):
+    session.plate = 0
+    assert session.send(f"G38.2Z-1F{FEED}\nG0X1\n") == ["ALARM:4", "ok", "error:9"]
+    assert session.position == [0, 0, 0]
+    assert session.send("$X\n") == [UNLOCKED, "ok"]
+    assert session.send("G91X1\n") == ["ok"]
+    assert session.position == [80, 0, 0]
+
+
+@pytest.mark.parametrize("code", [4, 5])
+def test_away_from_a_contact(session, code):
+    session.plate = 50
+    answers = session.send(f"G38.{code}Z5F{FEED}\n")
+    assert answers == ["[PRB:0.000,0.000,0.204:1]", "ok"]  # 51 steps
+    assert session.position[2] >= 51
+    assert session.send(f"G38.{code}Z0\n")[0] == "ALARM:4"  # it does not touch any more
+
+
+def test_a_hold_goes_on_with_the_probing(session):
+    session.send(f"G38.2Z-5F{FEED}\n", wait=False)
+    session.run(50_000)
+    session.send("!", wait=False)
+    session.run(200_000)
+    stands = [*session.position]
+    assert 0 > stands[2] > PLATE
+    assert session.state()[0] == "Hold:0"
+    session.run(100_000)
+    assert session.position == stands
+    assert session.send("~") == ["[PRB:0.000,0.000,-1.200:1]", "ok"]
+
+
+def test_a_reset_ends_it_and_forgets_where_it_touched(session):
+    session.send(f"G38.2Z-2F{FEED}\nG0Z0\n")
+    assert session.probed().endswith(":1]")
+    session.plate = None
+    session.send(f"G38.2Z-2F{FEED}\n", wait=False)
+    session.run(100_000)
+    assert session.send("\x18") == [GREETING]
+    assert -500 < session.position[2] < 0
+    assert session.probed() == "[PRB:0.000,0.000,0.000:0]"
+    session.send("G0Z0\n")
+    assert session.position == [0, 0, 0]
+
+
+def test_checked_lines_probe_nothing(session):
+    session.plate = 0
+    lines = f"$C\nG38.2Z-2F{FEED}\nG91G38.2Z-2\nG38.2\nG38.2Z0\n$C\n"
+    assert session.send(lines)[1:-2] == ["ok", "ok", "ok", "error:26", "error:33"]
+    assert session.position == [0, 0, 0]
+
+
+def test_overrides_leave_a_probing_as_it_is(session):
+    times = []
+    for overrides in "", "\x91" * 5, "\x92" * 5:
+        session.send(f"\x90{overrides}G0Z0\n")
+        session.path.clear()
+        session.send(f"G38.2Z-2F{FEED}\n")
+        at = {place[2]: clock for clock, place in session.path}
+        times.append(at[-250] - at[-50])
+    assert times[0] == times[1] == times[2]
+    assert times[0] == pytest.approx(200 / Z_STEPS * 60 / FEED * SETTINGS.clock, rel=0.01)
+
+
+def test_soft_limits_count(session):
+    session.send("$22=1\n$132=2\n$20=1\n")
+    answers = session.send(f"$X\nG38.2Z-2.5F{FEED}\n", wait=False)
+    assert "ALARM:2" in answers
+    assert session.position == [0, 0, 0]
+
+
+def test_the_rest_of_its_line_is_done(session):
+    answers = session.send(f"G54G38.3Z-5F{FEED}M3S100M8M30\n")
+    assert answers == ["[PRB:0.000,0.000,-1.200:1]", "ok"]
+    session.run(50_000)
+    assert session.engine.get("spindle", "flood") == (0, 0)
+    assert session.on == {0, 1}
+    assert "G1 " in session.send("$G\n")[0]
+
+
+def test_a_report_meanwhile_is_of_where_it_is(session):
+    """Of many reports during a probing the last ones stay where it stands."""
+    session.send(f"G38.2Z-5F{FEED}\n", wait=False, read=False)
+    places = []
+    for _ in range(60):
+        session.send("?", wait=False, read=False)
+        places += [float(line.split("|")[1].split(",")[2]) for line in session.read()
+                   if line.startswith("<")]
+    assert len(places) == 60
+    assert places == sorted(places, reverse=True)
+    assert places[-1] == pytest.approx(session.position[2] / Z_STEPS)
+
+
+def test_corexy_probes_along_x(design):
+    settings = replace(SETTINGS, kinematics="corexy",
+                       steps_per_mm=(Fraction(80), Fraction(80), Fraction(250)),
+                       max_rate=(Fraction(3000),) * 3)
+    with CXXRTLEngine(component("gcode", GCode(settings=settings))) as engine:
+        session = Session(engine)
+        session.send(f"G38.2X3Y1F{FEED}\n", wait=False)
+        session.run(200_000)
+        motors = [*session.position]
+        engine.set(probe=1)
+        answers = session.send("")
+        x, y = (motors[0] + motors[1]) / 160, (motors[0] - motors[1]) / 160
+        assert answers[1] == "ok"
+        at = [float(each) for each in answers[0][5:-3].split(",")]
+        assert at[:2] == [pytest.approx(x, abs=0.03), pytest.approx(y, abs=0.03)]
+        assert answers[0].endswith(":1]")
+        assert at[0] > 0.5
+        engine.set(probe=0)
+        session.send("G0X0Y0\n")
+        assert session.position == [0, 0, 0]
+        assert not engine.get("fault")
+
+
+def test_a_machine_without_it_says_so(design):
+    with CXXRTLEngine(component("gcode", GCode(settings=replace(
+            SETTINGS, probing=False)))) as engine:
+        session = Session(engine)
+        assert session.send("G38.2Z-1F100\n") == ["error:20"]
+        assert "[MSG:Without probing]" in session.send("$I\n")
+        assert session.send("$#\n")[-2:] == ["[PRB:0.000,0.000,0.000:0]", "ok"]
