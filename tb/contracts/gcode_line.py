@@ -1,6 +1,6 @@
 """Contract of what collects the words of a line of G-code."""
 
-from amaranth import Cat
+from amaranth import Cat, Mux
 
 from fresa.protocol.gcode_line import GCodeLine
 from fresa.protocol.gcode_modes import LETTERS, AxisUse, GCodeMotion
@@ -57,6 +57,23 @@ def describe(c: Contract, dut: GCodeLine) -> None:
                   when=known & c.past(
                       dut.take & good & ~again & number.overflow & letter.any()
                       & (item.character != ord("N"))), then=dut.error == 38)
+    # That it is G is known a clock before, and a reset clears that.
+    in_time = c.past(c.past(~c.rst))
+    probes = c.past(in_time & dut.take & good & (item.character == ord("G"))
+                    & (number.whole == 38) & ~number.overflow & (number.value >= 0))
+    tenths = Mux(number.exact, Cat(number.hundredths == 10 * tenth for tenth in range(2, 6)), 0)
+    c.implication("probe-words", "G38.2 to G38.5 are motions that probe, of their group and with "
+                  "axis words; another fraction is error 20 unless those are taken.",
+                  when=known & probes, then=Mux(
+                      c.past(tenths.any()), (dut.error == 0) | (dut.error == 21)
+                      | (dut.error == 24), (dut.error == 20) | (dut.error == 24)))
+    c.implication("probe-modes", "The mode of motion says how it probes.",
+                  when=known & probes & good, then=(line.axes == AxisUse.MOTION) & (
+                      line.modes.motion.as_value() == c.past(Mux(
+                          tenths[0], GCodeMotion.PROBE_TOWARD.value,
+                          Mux(tenths[1], GCodeMotion.PROBE_TOWARD_NO_ERROR.value,
+                              Mux(tenths[2], GCodeMotion.PROBE_AWAY.value,
+                                  GCodeMotion.PROBE_AWAY_NO_ERROR.value))))))
     of_jog = (item.character != ord("M")) & (
         (item.character != ord("G"))
         | Cat(number.whole == code for code in (4, 10, 20, 21, 28, 30, 53, 92)).any()
