@@ -1,6 +1,6 @@
 """Contract of the lister of a G-code machine: each list is whole, in order, and ends."""
 
-from amaranth import Array, Const, Mux, Value
+from amaranth import Array, Cat, Const, Mux, Value
 
 from fresa.protocol import GCodeList, GCodeLister, GCodeText, Operand
 
@@ -19,12 +19,13 @@ def describe(c: Contract, dut: GCodeLister) -> None:
     state, parts, part, modes = c.state("lister_state"), dut.parts, dut.parts.p, dut.modes
     kept = c.past(~c.rst)
     listing = c.keep(1, name="listing")
-    count = c.keep(range(30), name="count")  # parts that were taken
-    which, text = Value.cast(dut.list), Value.cast(modes)
+    count = c.keep(range(32), name="count")  # parts that were taken
+    which, text = Value.cast(dut.list), Cat(Value.cast(modes), dut.probed)
+    motion = modes.motion.as_value()
     c.assume(~dut.start | ~listing)
     c.assume(~(kept & c.past(listing)) | ((which == c.past(which)) & (text == c.past(text))))
     c.assume(~(kept & c.past(dut.start)) | ((which == c.past(which)) & (text == c.past(text))))
-    c.assume((which <= 4) & (modes.motion.as_value() <= 4) & (modes.plane <= 2)
+    c.assume((which <= 5) & ((motion <= 4) | (motion >= 8) & (motion <= 11)) & (modes.plane <= 2)
              & (modes.system <= 5) & ~(modes.clockwise & modes.counter_clockwise))
     taken = parts.valid & parts.ready
     with c.m.If(dut.start):
@@ -36,9 +37,10 @@ def describe(c: Contract, dut: GCodeLister) -> None:
     with c.m.If(c.rst):
         c.m.d.sync += listing.eq(0)
 
-    of_modes, of_places = (dut.list == each for each in (GCodeList.MODES, GCodeList.COORDINATES))
+    of_modes, of_places, of_probe = (dut.list == each for each in (
+        GCodeList.MODES, GCodeList.COORDINATES, GCodeList.PROBED))
     both = modes.mist & modes.flood
-    total = Mux(of_modes, 11 + both, Mux(of_places, 29, 1))
+    total = Mux(of_modes, 11 + both, Mux(of_places, 31, Mux(of_probe, 3, 1)))
     c.implication("part-stays", "A part is offered until it is taken, and does not change.",
                   when=kept & c.past(parts.valid & ~parts.ready), then=parts.valid
                   & (Value.cast(parts.payload) == c.past(Value.cast(parts.payload))))
@@ -53,7 +55,7 @@ def describe(c: Contract, dut: GCodeLister) -> None:
     place: Bits = Mux(count > 7, count + ~both, count)[:5]
     spindle = Mux(modes.clockwise, 3, Mux(modes.counter_clockwise, 4, 5))
     coolant = Mux(modes.mist, 7, Mux(modes.flood, 8, 9))
-    said = [Mux(modes.motion.as_value() == 4, 80, modes.motion.as_value()), modes.system + 54,
+    said = [Mux(motion == 4, 80, Mux(motion >= 8, motion - 6, motion))[:7], modes.system + 54,
             modes.plane + 17, Mux(modes.inches, 20, 21), Mux(modes.relative, 91, 90),
             Mux(modes.inverse, 93, 94), spindle, coolant, Const(8)]
     words = [GCodeText.MOTION, *[GCodeText.G] * 5, *[GCodeText.M] * 3, GCodeText.TOOL,
@@ -63,30 +65,38 @@ def describe(c: Contract, dut: GCodeLister) -> None:
         return (part.text.as_value() == text) & (part.ends == ends)
 
     c.implication("modes", "Modes come in GRBL's order.", when=parts.valid & of_modes,
-                  then=offers(Array(word.value for word in words)[place], place == 11)
+                  then=offers(Mux((place == 0) & (motion >= 8), GCodeText.PROBE_MOTION.value,
+                                  Array(word.value for word in words)[place]), place == 11)
                   & (part.code == 0))
     c.implication("modes-are-said", "What is said of them is what they are.",
                   when=parts.valid & of_modes & (place <= 8), then=part.value == Array(said)[place])
     axis, group = count % 3, (count // 3)[:4]
-    c.implication("coordinates", "Coordinates come in GRBL's order, by their axes; then tool and "
-                  "probe.", when=parts.valid & of_places, then=Mux(
+    c.implication("coordinates", "Coordinates come in GRBL's order, by their axes; then the "
+                  "tool.", when=parts.valid & of_places, then=Mux(
                       count < 27, offers(Mux(axis == 0, GCodeText.COORDINATES.value, Mux(
                           axis == 1, GCodeText.AXIS.value, GCodeText.LAST_AXIS.value)), axis == 2)
                       & (part.code == Array(NUMBERS)[group]),
-                      offers(Mux(count == 27, GCodeText.LENGTH.value, GCodeText.PROBED.value),
-                             Const(1))))
+                      (count != 27) | offers(GCodeText.LENGTH.value, Const(1))))
+    of_probed = of_probe | of_places & (count >= 28)  # the last line of coordinates
+    probe_axis: Bits = Mux(of_probe, count, count - 28)[:2]
+    c.implication("probe", "The last line of coordinates says where the probe touched, and whether "
+                  "it did.", when=parts.valid & of_probed,
+                  then=offers(Array([GCodeText.PROBED.value, GCodeText.AXIS.value,
+                                     GCodeText.LAST_PROBED.value])[probe_axis], probe_axis == 2)
+                  & (part.code == dut.probed))
     for which_list, name in ((GCodeList.HELP, GCodeText.HELP), (GCodeList.BUILD, GCodeText.BUILD),
                              (GCodeList.STARTUP, GCodeText.STARTUP)):
         c.implication(f"{which_list.name.lower()}", "A text is a list of one part.",
                       when=parts.valid & (dut.list == which_list),
                       then=offers(Const(name.value), Const(1)))
     reads = state("READ")
-    divided = of_places & (count < 28) | of_modes & (place >= 9)
+    divided = of_places | of_probe | of_modes & (place >= 9)
     c.implication("address", "A word is read from where it is.",
                   when=reads & divided,
                   then=dut.address == Mux(
                       of_modes, Array([Operand.TOOL, Operand.FEED, Operand.SPEED])[place - 9],
-                      Mux(count == 27, Operand.LENGTH, Array(PLACES)[group] + axis)))
+                      Mux(of_probed, Operand.PROBED + probe_axis,
+                          Mux(count == 27, Operand.LENGTH, Array(PLACES)[group] + axis))))
     c.implication("word-is-divided", "It is taken, and divided, before it is offered.",
                   when=kept & c.past(reads & divided), then=state("TAKE"))
 
@@ -94,9 +104,10 @@ def describe(c: Contract, dut: GCodeLister) -> None:
     c.invariant("turns", "Turns are those of the parts that were taken.",
                 state("DONE", "IDLE", "FAULT") | (listing & (count < total) & Mux(
                     of_modes, (turn == place) & (own_axis == 0), Mux(
-                        of_places, Mux(count < 27, (turn == group) & (own_axis == axis),
-                                       (turn == count - 18) & (own_axis == 0)),
-                        (turn == 0) & (own_axis == 0)))), cover=count == 1, lemma=True)
+                        of_probed, (turn == 10) & (own_axis == probe_axis), Mux(
+                            of_places, Mux(count < 27, (turn == group) & (own_axis == axis),
+                                           (turn == 9) & (own_axis == 0)),
+                            (turn == 0) & (own_axis == 0))))), cover=count == 1, lemma=True)
     c.invariant("listing", "A list is under way in all states but one.",
                 (listing == ~state("IDLE")) | state("FAULT"), cover=listing, lemma=True)
     c.invariant("through", "It is through when all are taken.",
