@@ -124,7 +124,7 @@ class GCodeInterpreter(wiring.Component):
     modes : Out(GCodeModes)
         The present modes.
     shown_address : In(6)
-        An `Operand`, to be listed between two lines.
+        An `Operand`, to be listed between two lines, or while PROBED is offered.
     shown : Out(signed(width))
         That word, a clock later.
     erase, erase_address : In(1), In(6)
@@ -184,7 +184,7 @@ class GCodeInterpreter(wiring.Component):
             store.line.eq(line), store.sum.eq(total),
             store.run.eq(computing), store.write.eq(stores | converter.write),
             store.address.eq(Mux(stores, place, Mux(
-                begun, converter.address, self.shown_address))),
+                begun & ~awaits, converter.address, self.shown_address))),
             store.data.eq(Mux(stores, value, converter.data)),
             store.operand_address.eq(self.operand_address), self.operand.eq(store.operand),
             self.shown.eq(store.word),

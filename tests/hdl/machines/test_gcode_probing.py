@@ -43,6 +43,12 @@ class Probing(Session):
             self.engine.set(probe=on)
             super().run(min(20, end - self.engine.clock))
 
+    def send(self, text: str, **how: bool) -> list[str]:
+        """Send text, as :class:`Session` does; a probing is answered after it was listed."""
+        lines = super().send(text, **how)
+        self.run(12_000)
+        return [*lines, *(self.read() if how.get("read", True) else [])]
+
     def probed(self) -> str:
         """Return where ``$#`` says that it touched."""
         (line,) = (line for line in self.send("$#\n") if line.startswith("[PRB:"))
