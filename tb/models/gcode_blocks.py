@@ -19,6 +19,7 @@ from .gcode_language import (
     Interpreter,
     Line,
     Offsets,
+    Probe,
     RefusedLine,
     Spindle,
     words,
@@ -119,7 +120,8 @@ class ProgramModel:
         Raises
         ------
         ValueError
-            If an arc is larger than the rotator can turn, which the machine refuses.
+            If an arc is larger than the rotator can turn, which the machine refuses, or a line
+            probes: where that ends is not known.
         """
         try:
             actions = self.language.line(words(text))
@@ -134,6 +136,8 @@ class ProgramModel:
                     blocks += self._arc(action)
                 case Offsets():
                     pass
+                case Probe():
+                    raise ValueError("where a probing ends is not known")
                 case Spindle() | Coolant():
                     blocks.append(self._event(stops=self._outputs_last))
                     self._outputs_last = True

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from math import atan2, ceil, cos, hypot, pi, sin, sqrt, tau
 from typing import NamedTuple
 
-from tb.models.gcode_language import Arc, Interpreter, Line, words
+from tb.models.gcode_language import Arc, Interpreter, Line, Probe, words
 
 __all__ = ["Asked", "Curve", "Follower", "Nearest", "Point", "Segment", "Straight"]
 
@@ -152,7 +152,7 @@ class Asked:
         RefusedLine
             If it is refused, with GRBL's code.
         ValueError
-            If it is a ``$`` command that changes what later lines do.
+            If it is a ``$`` command that changes what later lines do, or a probing.
         """
         if line.startswith("$"):
             if "=" in line or line.upper().replace(" ", "") == "$H":
@@ -160,6 +160,9 @@ class Asked:
                                  "give settings as options")
             return
         for action in self._machine.line(words(line)):
+            if isinstance(action, Probe):
+                raise ValueError(f"the path behind {line!r} is not known here, where nothing "
+                                 "touches: leave it out")
             if isinstance(action, Line | Arc):
                 self._go(action)
 

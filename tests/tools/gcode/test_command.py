@@ -162,6 +162,7 @@ class TestWrong:
         (["good", "--clock", "2500000", "--baud", "1000000"], "baud at a clock of 2500000 Hz"),
         (["homes"], "line 2: the path behind '$H' is not known here"),
         (["sets"], "line 1: the path behind '$100=80' is not known here"),
+        (["probes"], "line 1: the path behind 'G38.3 Z-1 F60' is not known here"),
         (["good", "--settings", "22"], "--settings must be such as 22=1,130=300, not '22'"),
         (["good", "--settings", "100=80"], "$100 has a setting of its own"),
         (["good", "--settings", "20=1"], "$20, soft limits, needs $22, homing"),
@@ -172,7 +173,8 @@ class TestWrong:
         monkeypatch.chdir(tmp_path)
         monkeypatch.setattr(command, "_build", None)  # never called
         for name, data in (("binary", b"G1\0X1"), ("empty", b""), ("comments", b"%\n(G1)\n;\n"),
-                           ("good", b"G0 X1\n"), ("homes", b"$X\n$H\n"), ("sets", b"$100=80\n")):
+                           ("good", b"G0 X1\n"), ("homes", b"$X\n$H\n"), ("sets", b"$100=80\n"),
+                           ("probes", b"G38.3 Z-1 F60\n")):
             Path(name).write_bytes(data)
         before = sorted(tmp_path.iterdir())
         assert run(*arguments) == 2
