@@ -220,6 +220,9 @@ class Machine:
     real : callable
         Gives the arguments of `make` in real times, of a clock in Hz and the values of `options`.
         It raises `ValueError` if these do not go together. Without it they are `short`.
+    on_boards : mapping of str to mapping
+        Values of options whose default is None, on boards by their names: what a small FPGA leaves
+        out, unless it is chosen.
     inverted : callable, optional
         Gives, of the values of `options`, the ports whose pins have the other level.
     figures : callable
@@ -267,6 +270,7 @@ class Machine:
     without: Mapping[str, str] = field(default_factory=dict)
     options: Sequence[Option] = ()
     real: Callable[..., Options] = _as_short
+    on_boards: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     inverted: Callable[..., Sequence[str]] | None = None
     figures: Callable[..., tuple[dict[str, Any], str]] = _values_alone
     serve: Serve | None = None

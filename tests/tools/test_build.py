@@ -371,6 +371,12 @@ class TestSize:
         assert resources.block_rams <= NEXYS2_500.capacity.block_rams
 
     @pytest.mark.long
+    def test_the_smaller_nexys2_leaves_out_probing_unless_it_is_chosen(self):
+        default, without, chosen = (build_declared("nexys2-500", machines()["gcode"], **given).rtlil
+                                    for given in ({}, {"probing": "no"}, {"probing": "yes"}))
+        assert default == without != chosen
+
+    @pytest.mark.long
     def test_board_with_serial_orders(self):
         built = mill.build_mill("nexys2-500", timing=MillTiming.real(), serial=True)
         resources = synthesise(built.rtlil, built.top)

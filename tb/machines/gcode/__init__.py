@@ -90,15 +90,15 @@ def _program(name: str, dialect: str, *, probing: bool) -> bytes:
 
 def _real(clock: int, *, steps: Sequence[str], rate: Sequence[str], acceleration: Sequence[str],
           deviation: str, settings: str, program: str, kinematics: str,
-          second_motor: str | None, dialect: str, no_probing: bool, **values: int):
+          second_motor: str | None, dialect: str, probing: str | None, **values: int):
     each = {name: tuple(_number(f"--{name}", text) for text in texts)
             for name, texts in (("steps", steps), ("rate", rate), ("acceleration", acceleration))}
     return {"settings": GCodeSettings(
         clock=clock, steps_per_mm=each["steps"], max_rate=each["rate"],
         acceleration=each["acceleration"], deviation=_number("--deviation", deviation),
         others=_others(settings), kinematics=kinematics, second_motor=second_motor,
-        program=_program(program, dialect, probing=not no_probing), dialect=dialect,
-        probing=not no_probing, **values)}
+        program=_program(program, dialect, probing=probing != "no"), dialect=dialect,
+        probing=probing != "no", **values)}
 
 
 def _inverted(**options: Any):
@@ -109,7 +109,7 @@ def _figures(clock: int, made: Options, **values: Any):
     settings: GCodeSettings = made["settings"]
     fastest = max(float(rate * steps) / 60 for rate, steps in zip(
         settings.max_rate, settings.steps_per_mm, strict=True))
-    return {**values, "clock": clock, "most_steps_per_s": round(fastest)}, (
+    return {**values, "clock": clock, "probing": settings.probes, "most_steps_per_s": round(fastest)}, (
         f"clock {clock / 1e6:g} MHz; {settings.line_baud} baud; up to {fastest:.0f} steps/s; "
         f"{settings.depth} blocks of look-ahead")
 
@@ -117,6 +117,9 @@ def _figures(clock: int, made: Options, **values: Any):
 def _second_switch(*, second_motor: str | None, **options: Any):
     return {f"{second_motor.upper()}2-": "second_limit"} if second_motor else {}
 
+
+SMALL = ("nexys2-500",)
+"""Boards whose FPGA holds it only without probing."""
 
 OPTIONS = (
     Option("dialect", "what its lines are: those of GRBL 1.1, or those of the thesis' firmware, "
@@ -142,7 +145,8 @@ OPTIONS = (
            choices=tuple(KINEMATICS), serve=True),
     Option("second_motor", "axis that has a second motor with a limit switch, as a gantry may have "
            "one, which homing squares (default: none)", None, choices=AXIS_NAMES, serve=True),
-    Option("no_probing", "leave out probing, G38.2 to G38.5, for a small FPGA", False, serve=True),
+    Option("probing", "G38.2 to G38.5; without them it is smaller (default: yes, but "
+           f"no on {' and '.join(SMALL)})", None, choices=("yes", "no"), serve=True),
     Option("program", "a file of G-code that goes into the bitstream, for the start button to run "
            "(default: none)", "", metavar="FILE", serve=True),
     *(Option(name, f"least time for which {says} (default: %(default)s)", time, least=1,
@@ -196,6 +200,7 @@ MACHINE = Machine(
     without=dict.fromkeys(("netlist", "netlist-icarus"),
                           "it takes block RAMs, of which Yosys has no model"),
     options=OPTIONS, real=_real, inverted=_inverted, figures=_figures,
+    on_boards=dict.fromkeys(SMALL, {"probing": "no"}),
     serve=Serve("three axes; G-code such as  G1 X10 F300  and Return,  ?  for the state",
                 switches=lambda **options: ("X-", "Y-", "Z-"), further_switches=_second_switch,
                 contacts=("stop", "door", "hold", "start", "abort", "probe", "motor_fault")),
