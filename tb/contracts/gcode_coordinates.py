@@ -108,6 +108,7 @@ def _sums(c: Contract, dut: GCodeCoordinates, axis, step, total, computes, store
         CoordinateSum.ARRIVE: Operand.POSITION + axis,
         CoordinateSum.CLEAR_OFFSET: Operand.OFFSET + axis,
         CoordinateSum.CLEAR_LENGTH: Const(Operand.LENGTH),
+        CoordinateSum.CLEAR_PROBED: Operand.PROBED + axis,
     }
     only = {  # the axis with which it is stored
         CoordinateSum.SET_LENGTH: (Operand.LENGTH, 2), CoordinateSum.SET_FEED: (Operand.FEED, 0),

@@ -20,7 +20,7 @@ __all__ = ["GCODE_INTERPRETER"]
 PARTS = {"line": "GCodeLine", "coordinates": "GCodeCoordinates", "converter": "UnitConverter"}
 """What reads words, and what computes."""
 
-STARTS = ["CLEAR_OFFSET", "CLEAR_LENGTH", "CLEAR_RATES", "SET_ORIGIN"]
+STARTS = ["CLEAR_OFFSET", "CLEAR_LENGTH", "CLEAR_RATES", "CLEAR_PROBED", "SET_ORIGIN"]
 """States after a reset."""
 
 SUMS = [*STARTS, "COMPUTE", "COMPARE", "STORE_TOOL", "STORE_SPEED", "STORE_FEED",
@@ -83,9 +83,10 @@ def describe(c: Contract, dut: GCodeInterpreter) -> None:
                 "stays known.", (~begun | (jog == of_jog))
                 & (~read | (state("READ", "FAULT") & (~words.valid | (jog == words.p.system)))),
                 cover=read, lemma=True)
-    c.invariant("jog-states", "A jog has states of its own, and is no arc.",
+    c.invariant("jog-states", "A jog has states of its own, and is no arc, and does not probe.",
                 (~of_jog | ~ended | state(*JOGS, "FAULT"))
-                & (~of_jog | ~state(*JOGS) | ~ended | ~c.signal("is_arc"))
+                & (~of_jog | ~state(*JOGS) | ~ended
+                   | ~(c.signal("is_arc") | c.signal("is_probe")))
                 & (~state("CHECK_JOG", "JOG") | of_jog), cover=state("JOG"), lemma=True)
 
     starting = c.signal("starting")
@@ -96,7 +97,7 @@ def describe(c: Contract, dut: GCodeInterpreter) -> None:
                 ~starting | (state(*STARTS) & ~begun & ~acted & ~words.ready & ~position.ready
                              & ~actions.valid & same & (error == 0)), cover=starting)
     c.invariant("starts-once", "What a reset clears is cleared once.",
-                starting | ~state(*STARTS[:3]), cover=~starting, lemma=True)
+                starting | ~state(*STARTS[:4]), cover=~starting, lemma=True)
     c.invariant("sums", "A sum runs in the states that wait for one, and in no other.",
                 c.signal("computing") == state(*SUMS), cover=c.signal("computing"), lemma=True)
     c.implication("refused-line-does-nothing", "A line that is refused has done nothing, and the "
@@ -116,19 +117,38 @@ def describe(c: Contract, dut: GCodeInterpreter) -> None:
                   when=c.past(ends & ~c.rst & (urgent | (c.part("line").error == 0))
                               & (words.p.status.as_value() != 0)),
                   then=answers.valid & (answers.payload == c.past(words.p.status.as_value())))
+    probed = c.keep(1, name="probed")  # a line of this line's probes, and has not ended
+    probes, touches = (actions.valid & (actions.p.kind == kind)
+                       for kind in (GCodeActionKind.PROBE, GCodeActionKind.PROBED))
+    with c.m.If(actions.ready & (probes | touches)):
+        c.m.d.sync += probed.eq(probes)
+    with c.m.If(c.rst):
+        c.m.d.sync += probed.eq(0)
+    c.implication("probe-waits", "The end of a probing is offered only behind a probing of its "
+                  "line.", when=touches, then=probed & ended)
+    c.implication("probe-holds", "Until then no other action and no answer is offered.",
+                  when=probed, then=~answers.valid & (~actions.valid | touches))
+    c.invariant("awaits", "It is known in which states its end is awaited.",
+                (c.signal("awaits") == probed) & (~state("PROBED") | probed)
+                & (~probed | (ended & ~of_jog & state("ARRIVE", "PROBED", "FAULT"))),
+                cover=state("PROBED"), lemma=True)
     c.invariant("position-first", "A position is taken before an item of a line, and only where "
-                "none of the line was.", position.ready == (state("READ") & ~begun),
+                "none of the line was, or while the end of a probing is awaited.",
+                position.ready == ((state("READ") & ~begun) | touches),
                 cover=position.ready & position.valid & words.valid)
     c.implication("position-before-item", "No item is taken in the clock of a position.",
                   when=position.valid & position.ready, then=~words.ready)
     store = c.part("coordinates")
     axis = position.p.axis
-    c.implication("position-is-stored", "A clock later it is stored as that of its axis.",
-                  when=c.past(position.valid & position.ready & (axis != 3) & ~c.rst),
-                  then=store.write & (store.address == c.past((Operand.POSITION + axis)[:6]))
+    none = axis[:2] == 3
+    c.implication("position-is-stored", "A clock later it is stored as that of its axis, or as "
+                  "where the probe touched.",
+                  when=c.past(position.valid & position.ready & ~none & ~c.rst),
+                  then=store.write & ~store.run & (store.address == c.past((Mux(
+                      axis[2], Operand.PROBED, Operand.POSITION) + axis[:2])[:6]))
                   & (store.data == c.past(position.p.value)))
     c.implication("no-axis-is-not-stored", "That of no axis is not.",
-                  when=c.past(position.valid & position.ready & (axis == 3) & ~c.rst),
+                  when=c.past(position.valid & position.ready & none & ~c.rst),
                   then=~c.signal("stores"))
     _line(c, dut, state, begun)
     _streams(c, dut, kept)
@@ -164,8 +184,9 @@ def _line(c: Contract, dut: GCodeInterpreter, state, begun: Bits) -> None:
 
 
 def _some(modes) -> Bits:
-    return ((modes.motion.as_value() <= 4) & (modes.plane <= 2) & (modes.system <= 5)
-            & ~(modes.clockwise & modes.counter_clockwise))
+    motion = modes.motion.as_value()
+    return (((motion <= 4) | (motion >= 8) & (motion <= 11)) & (modes.plane <= 2)
+            & (modes.system <= 5) & ~(modes.clockwise & modes.counter_clockwise))
 
 
 def _streams(c: Contract, dut: GCodeInterpreter, kept: Bits) -> None:
@@ -233,6 +254,6 @@ def make(*, width: int, computes: bool = True) -> GCodeInterpreter:
 
 
 GCODE_INTERPRETER = Component(
-    make=make, describe=describe, depth=25,
+    make=make, describe=describe, depth=29,
     cases=(Case({"width": 40, "computes": False}), Case({"width": 44}, real=True),
            Case({"width": 40, "computes": False}, upset=True)))

@@ -34,7 +34,7 @@ def describe(c: Contract, dut: GCodeProbing) -> None:
     with c.m.If(actions.valid & probe):
         c.m.d.sync += kept.eq(motion[:2])
     offered = actions.valid & probe
-    wanted = Mux(offered, motion[:2], kept)
+    wanted: Bits = Mux(offered, motion[:2], kept)
     found = dut.contact ^ wanted[1]
     seeks = c.keep(1, name="seeks")
     initial = dut.failure == AlarmCode.PROBE_INITIAL

@@ -11,10 +11,9 @@ from .contract import Bits, Case, Component, Contract
 __all__ = ["GCODE_REPORTER"]
 
 FIELDS = 6
-"""Texts of fields of a report, the first: always, pins, origin, overrides, accessories, end."""
-OK, ERROR, ALARM, BREAK = FIELDS, FIELDS + 1, FIELDS + 2, FIELDS + 3
-PARTS, STATES, MESSAGES = 16, 32, 48
-"""Texts of answers and alarms, and the first of parts of lists, states and messages."""
+"""Fields of a report: always, pins, origin, overrides, accessories, end."""
+MESSAGES, FIRST_FIELD, STATES, OK, ERROR, ALARM, BREAK, PARTS = 0, 10, 16, 25, 26, 27, 28, 32
+"""Texts of answers and alarms, and the first of messages, fields, states and parts of lists."""
 
 
 def describe(c: Contract, dut: GCodeReporter) -> None:
@@ -84,13 +83,15 @@ def describe(c: Contract, dut: GCodeReporter) -> None:
                   & (fields[4] == (fields[3] & c.past(dut.accessories.any()))))
     c.implication("accessories-wait", "They wait for the fields before.", when=fields.any(),
                   then=c.signal("accessories") == c.kept["accessories"], lemma=True)
+    field = (text - FIRST_FIELD)[:4]
     c.implication("fields-in-order", "Its fields are asked for in their order, each once, and "
                   "the accessories are those of its begin.",
                   when=goes_on & c.past(fields.any()) & (fields != c.past(fields)),
                   then=asked & (fields == c.past(fields & (fields - 1))) & Mux(
-                      fields == 0, 1, ~c.past(began)) & (c.past(fields) >> text)[0]
-                  & (((1 << text) - 1)[:FIELDS] & c.past(fields) == 0)
-                  & ((text != 4) | (c.signal("pins") == c.kept["accessories"])))
+                      fields == 0, 1, ~c.past(began)) & (text >= FIRST_FIELD)
+                  & (c.past(fields) >> field)[0]
+                  & (((1 << field) - 1)[:FIELDS] & c.past(fields) == 0)
+                  & ((field != 4) | (c.signal("pins") == c.kept["accessories"])))
     c.implication("reporting", "Places hold until the last field is asked for.",
                   when=dut.reporting | began | fields.any(),
                   then=dut.reporting & (began | fields[FIELDS - 1]))

@@ -109,7 +109,8 @@ def _figures(clock: int, made: Options, **values: Any):
     settings: GCodeSettings = made["settings"]
     fastest = max(float(rate * steps) / 60 for rate, steps in zip(
         settings.max_rate, settings.steps_per_mm, strict=True))
-    return {**values, "clock": clock, "probing": settings.probes, "most_steps_per_s": round(fastest)}, (
+    return {**values, "clock": clock, "probing": settings.probes,
+            "most_steps_per_s": round(fastest)}, (
         f"clock {clock / 1e6:g} MHz; {settings.line_baud} baud; up to {fastest:.0f} steps/s; "
         f"{settings.depth} blocks of look-ahead")
 
