@@ -403,12 +403,13 @@ DIAGRAMS = (
         radix=("items_payload.byte=hex", "words_payload.character=hex")),
     Diagram(
         "g-code-interpreter",
-        "After a reset three sums clear the offset of G92, the length of the tool, and feed, "
-        "speed and tool; one sets the origin. Then a position is taken, and words of a line.",
+        "After a reset four sums clear the offset of G92, the length of the tool, feed, speed and "
+        "tool, and where the probe touched; one sets the origin. Then a position is taken, and "
+        "words of a line.",
         "position: position_valid position_ready line: words_valid words_ready "
         "words_payload.character outputs: actions_valid answers_valid "
         "state: dut.interpreter_state_state",
-        94, 122, radix=("words_payload.character=hex",)),
+        118, 146, radix=("words_payload.character=hex",)),
     Diagram(
         "g-code-line",
         "G91, X, and then G90, a second word of the group of G91: error 21.",

@@ -32,10 +32,11 @@ def choose(words: Sequence[Value], code: Value, bits: int):
     bits : int
         Bits of what is chosen.
     """
-    first, second = (Mux(bit, (1 << bits) - 1, 0) for bit in code[:2])
+    first, second, *others = (Mux(bit, (1 << bits) - 1, 0) for bit in code)
     chosen = (first & words[0]) | (second & words[1]) | (first & second)
-    for takes, low, high in zip(code[2:], words[2::2], words[3::2], strict=True):
-        chosen = Mux(takes, (chosen & high) | (~chosen & low), chosen)
+    # What is before a table is written once, else the text of all tables would be 3 ** tables long.
+    for takes, low, high in zip(others, words[2::2], words[3::2], strict=True):
+        chosen = ((takes & low) ^ (chosen & (~takes | (low ^ high))))[:bits]
     return chosen[:bits]
 
 

