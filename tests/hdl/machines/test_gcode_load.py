@@ -2,6 +2,7 @@
 
 """`benchmarks.load`: what it finds on the gateware and on its model, and that it finds mistakes."""
 
+import random
 from fractions import Fraction
 from itertools import islice
 
@@ -10,7 +11,10 @@ import pytest
 
 from benchmarks import load
 from benchmarks.load import figures, on_model, received_ends
-from benchmarks.load_sender import SETTINGS, Line, Machine, Path, nearest, ordered
+from benchmarks.load_sender import SETTINGS, Machine, Path, nearest, ordered
+from fresa.machines.gcode import GCode
+from tb.boards import component
+from tb.engines import CXXRTLEngine
 from tb.models.gcode_ends import moved
 from tb.uart import levels
 
@@ -88,6 +92,7 @@ class TestModel:
 
 @pytest.mark.compiler
 @pytest.mark.long
+@pytest.mark.usefixtures("libraries")
 class TestGateware:
     def test_all_is_as_asked(self):
         found = [*figures(0.06)]
@@ -105,5 +110,10 @@ class TestGateware:
         assert found["streaming: steps off the end"].measured == 3
         assert found["streaming: steps that were not ordered"].measured == 3
 
-    def test_a_line_has_a_text_an_answer_and_a_move(self):
-        assert Line(b"X1\n", b"ok", (1000, 0, 0)).answer == b"ok"
+    def test_a_reaction_that_is_late_is_found(self, monkeypatch):
+        monkeypatch.setattr(load, "ALLOWED", -20_000)
+        with CXXRTLEngine(component("gcode", GCode(settings=SETTINGS))) as engine:
+            found = {each.name: each for each in load._reaction(
+                Machine(engine), 1, random.Random(1))}
+        assert not found["reset: full speed before it brakes, the longest"].right
+        assert not found["hold: full speed before it brakes, the longest"].right
