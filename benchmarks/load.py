@@ -76,7 +76,7 @@ EPILOG = """\
 examples:
   python -m benchmarks.load
   python -m benchmarks.load --seconds 60 --json load.json
-      A minute without pause: some five minutes.
+      A minute without pause: some half an hour of a core.
   python -m benchmarks.load --seconds 1 --model-hours 1
       Some twenty million lines on the model: about an hour of a core.
 
@@ -96,6 +96,8 @@ HOME = b"G21G90G94G17G54G49\nG92.1\nG53G0X0Y0Z0\n"
 BEGIN = b"G21G91G94G1F12000\n"
 FEEDS = 100, 400, 1000
 """Mm/s of motions in which it reacts."""
+MOST = ((1 << 34) - 1) / 1e6
+"""Mm/s² along a path at most, as the planner has them."""
 ALLOWED = BYTE + 2 * GRANULE
 """Clocks of a reaction beyond v / a: the byte, the granule that has begun, and one to rest."""
 PIECE = 60
@@ -259,7 +261,7 @@ def _line(rng: random.Random, feed: int) -> tuple[tuple[int, ...], float]:
     way = [rng.choice([-1, 1]) * rng.uniform(0.1, 1) for _ in range(AXES)]
     size = sqrt(sum(each * each for each in way))
     way = [each / size for each in way]
-    acceleration = float(SETTINGS.acceleration[0]) / max(map(abs, way))
+    acceleration = min(float(SETTINGS.acceleration[0]) / max(map(abs, way)), MOST)
     length = feed**2 / acceleration + 0.02 * feed
     return tuple(round(1000 * each * length) for each in way), acceleration
 
@@ -291,8 +293,8 @@ def _react(machine: Machine, rng: random.Random, kind: str, code: bytes) -> _Rea
     words = "".join(f"{name}{by / 1000:.3f}" for name, by in zip("XYZ", move, strict=True))
     start = "$J=G21G91" if kind == "jog cancel" else "G21G91G1"
     machine.send(f"{start}{words}F{60 * feed}\n".encode())
-    # It is planned in less than a ms, so this is mostly at full speed.
-    machine.wait(int((feed / acceleration + rng.uniform(-0.01, 0.02)) * clock))
+    # It is planned in less than a ms, and goes on at full speed for 20.
+    machine.wait(int((feed / acceleration + rng.uniform(0.001, 0.018)) * clock))
     begin, made = machine.engine.clock, machine.made.copy()
     machine.send(code)
     braking = int(feed / acceleration * clock)
