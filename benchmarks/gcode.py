@@ -87,10 +87,10 @@ class Figure(NamedTuple):
                 and (self.most is None or self.measured <= self.most))
 
     def __str__(self) -> str:
-        asked = (f"at least {self.least:,g}" if self.least is not None
-                 else f"at most {self.most:,g}")
-        return (f"{self.name:46} {self.measured:>12,.10g} {self.unit:9} asked: {asked:16}"
-                f"{'' if self.right else '  NOT REACHED'}")
+        asked = (f"asked: at least {self.least:,g}" if self.least is not None
+                 else f"asked: at most {self.most:,g}" if self.most is not None else "")
+        return (f"{self.name:46} {self.measured:>12,.10g} {self.unit:9} {asked:23}"
+                f"{'' if self.right else '  NOT REACHED'}").rstrip()
 
 
 class Machine:

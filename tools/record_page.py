@@ -205,6 +205,16 @@ def _ends(*runs: Facts) -> list[str]:
                     "by steps at most"], rows)]
 
 
+def _load(*runs: Facts) -> list[str]:
+    def asked(one: Facts) -> str:
+        return ", ".join(f"{word} {one[end]:g}" for word, end in (
+            ("at least", "least"), ("at most", "most")) if one[end] is not None) or "-"
+
+    rows = [[name, f"{one['measured']:,g}".replace(",", " "), one["unit"], asked(one),
+             "yes" if one["right"] else "**no**"] for run in runs for name, one in run.items()]
+    return [_table(["", "measured", "", "asked", "reached"], rows)]
+
+
 def _resets(*runs: Facts) -> list[str]:
     rows = [[_struck(one), _many(one["resets"]), _many(one["clocks"]), _many(one["steps"]),
              len(one["wrong"])] for run in runs for one in run["machines"]]
@@ -282,6 +292,11 @@ to the pins than those of lines.""", ("instants",), _instants),
     _Section("Ends", """\
 Where the axes are, against the text of the program in rational numbers, for all lines so far: on
 the model after each line, at the pins of the gateware wherever it rests.""", ("ends",), _ends),
+    _Section("Under load and faults", """\
+A line without a pause, at the least of clocks a bit that a receiver takes, with real-time bytes
+between and within its lines; a sender that sends more than there is room for; noise, breaks and
+cuts; holds, cancelled jogs and resets at full speed. Answers are compared with the lines, and the
+pins with the sum of those that were answered ok.""", ("load",), _load),
     _Section("Contracts", """\
 The properties of each component, proved for every sequence of inputs and for unbounded time, with
 reset in any clock: a base case from power-up, and induction over k clocks. A cover reaches every

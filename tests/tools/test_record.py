@@ -224,7 +224,7 @@ def test_mutants_are_of_every_component():
 
 
 def test_benchmarks_are_of_the_gateware_and_of_its_models():
-    for name in ("instants-gcode", "ends-gcode"):
+    for name in ("instants-gcode", "ends-gcode", "load-gcode"):
         assert parts()[name].on == ("run gcode", "model gcode")
         assert "--json {folder}/figures.json" in parts()[name].command
 
@@ -340,6 +340,20 @@ class TestPage:
         assert "| 30 | 3 | 5.6 | -0.72 | +0.54 | 0.7 | 0.71 | 0 |" in text
         assert "| model | 1 000 000 | 5 | 7 000 | 9 | 7 000 | 0 | 0 |" in text
         assert "| gateware | 1 000 000 | 5 | 7 000 | 9 | 88 | 0 | 0 |" in text
+
+    def test_a_machine_under_load(self):
+        facts = {"line used": {"name": "line used", "unit": "%", "measured": 99.5, "least": 99.0,
+                               "most": None, "right": True},
+                 "steps off": {"name": "steps off", "unit": "steps", "measured": 1, "least": None,
+                               "most": 0, "right": False},
+                 "lines": {"name": "lines", "unit": "", "measured": 12_345, "least": None,
+                           "most": None, "right": True}}
+        text = page({"parts": {"load-it": {"command": "it", "seconds": 1, "resumed": False,
+                                           "facts": summary("load-it", facts)}},
+                     "cores": 2, "versions": []})
+        assert "| line used | 99.5 | % | at least 99 | yes |" in text
+        assert "| steps off | 1 | steps | at most 0 | **no** |" in text
+        assert "| lines | 12 345 |  | - | yes |" in text
 
     def test_each_machine_that_is_struck(self):
         def facts(name: str, **more) -> Any:

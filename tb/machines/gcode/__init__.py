@@ -212,7 +212,8 @@ MACHINE = Machine(
         "instants": ("benchmarks.step_times --steps 1000 --programs 60",
                      "benchmarks.step_times --steps 50 --programs 2"),
         "ends": ("benchmarks.end_positions --blocks 1000000 --gateware 100000",
-                 "benchmarks.end_positions --blocks 50000 --gateware 1500")},
+                 "benchmarks.end_positions --blocks 50000 --gateware 1500"),
+        "load": ("benchmarks.load --seconds 60", "benchmarks.load --seconds 10")},
                       faults={"resets": (10_000, 1000), "flips": (4000, 300)},
                       unmutated="Its parts are mutated one by one."),
     **parts(__name__, "faults", "fuzz", "modelled", "netlist", "scenarios"))
