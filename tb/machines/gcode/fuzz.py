@@ -54,12 +54,12 @@ LINES = (b"G21", b"G90", b"G91", b"G54", b"G55", b"G17", b"G18", b"G19", b"M3S50
          b"M9", b"G4P0.001", b"G92X0.1", b"G92.1", b"G10L20P1X0", b"G10L2P2Y0.2", b"G43.1Z0.1",
          b"G49", b"G28", b"G28.1", b"G30Z0", b"$X", b"G20", b"G93G1X0.1F6000", b"G94", b"G80",
          b"T1", b"(a comment) G1", b"; and no more", b"", b"X1X2", b"G1X", b"G2X1", b"M30",
-         b"G38.3X0.1F6000", b"G38.2", b"G1X0.00000000000000000000000000000000000000001",
+         b"G38.3X0.1F6000\nG1", b"G38.2", b"G1X0.00000000000000000000000000000000000000001",
          b"G53G0X0Y0Z0",
          b"$H", b"$", b"$G", b"$#", b"$I", b"$N", b"%")
 
 ANOTHER = (b"$C", b"$C", b"$SLP", b"$RST=#", b"$RST=*", b"$rst=$", b"$J=G91X0.2F900",
-           b"$j=G91Y-.3Z.1F6000", b"$J=X0F9000", b"G38.2X.1F6000", b"G38.5Z-.2F6000")
+           b"$j=G91Y-.3Z.1F6000", b"$J=X0F9000", b"G38.2X.1F6000\n$X\nG0", b"G38.5Z-.2F6000\n$X\nG0")
 """Lines after which it is not known what others are answered, until a reset."""
 
 

@@ -413,8 +413,10 @@ def test_lists_say_what_the_machine_has(session):
     assert listed[:2] == ["[G54:0.000,0.000,0.000]", "[G55:1.000,-2.001,3.000]"]
     assert [line[1:4] for line in listed[:-1]] == [
         "G54", "G55", "G56", "G57", "G58", "G59", "G28", "G30", "G92", "TLO", "PRB"]
-    assert session.send("$I\n$N\n") == [
-        "[VER:1.1h.20190830:]", "[OPT:V,63,128]", "ok", "$N0=", "$N1=", "ok"]
+    assert _listed(session, "$I\n$N\n") == [
+        "[VER:1.1h.20190830:]", "[OPT:V,63,128]",
+        "[MSG:Settings and coordinates last until power-off]", "[MSG:Without startup lines]", "ok",
+        "$N0=", "$N1=", "ok"]
     assert session.send("$\n")[0].startswith("[HLP:$$ $# $G $I $N ")
     assert "|Bf:63,128|" in session.send("?", wait=False)[0]
     assert session.send("G1X2F1\n$G\n$#\n", wait=False)[1:] == [
