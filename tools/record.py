@@ -22,7 +22,7 @@ from tb.engines import IcarusEngine, VerilatorEngine
 from tb.engines.ghdl import GHDLEngine
 from tb.machine import Machine
 from tb.machines import machines
-from tb.registry import fuzz_targets
+from tb.registry import components, fuzz_targets
 from tb.vhdl import REFERENCES
 
 from . import fingerprints
@@ -97,6 +97,9 @@ class Part:
     remembers : bool
         The command itself keeps what it found and knows what of it still holds, so nothing is
         taken from it when something changes.
+    single : bool
+        The command takes names of components, and finds of each what it finds where it is run for
+        all. So of those of a record that are of what is here none is run again.
     about : str
         What the page says of it, beside its figures.
     """
@@ -107,6 +110,7 @@ class Part:
     quick: str | None = None
     figures: str = "figures.json"
     remembers: bool = False
+    single: bool = False
     about: str = ""
 
     def arguments(self, folder: Path, *, quick: bool) -> list[str]:
@@ -134,7 +138,7 @@ def parts() -> dict[str, Part]:
     known = machines().values()
     return {part.name: part for part in (
         Part("proofs", f"tools.prove {_STATE} {_JSON}", ("contract",),
-             f"tools.prove --small {_STATE} {_JSON}", remembers=True),
+             f"tools.prove --small {_STATE} {_JSON}", remembers=True, single=True),
         Part("kills", f"tools.prove --mutants {_STATE} {_JSON}", ("contract",),
              f"tools.prove --mutants coil counter axes phase step_dir rate {_STATE} {_JSON}",
              remembers=True),
@@ -294,7 +298,10 @@ def run(chosen: Iterable[Part], work: Path, *, again: Sequence[str] = (), quick:
             elif found := _written(written, part, _spelt(words), of):
                 elsewhere = True
         if found is None:
-            say(f"\n== {_spelt(words)}")
+            holds = {} if part.name in again else _components(written, part, _spelt(words), of)
+            chosen_words = [*words, *(_component(name) for name in of
+                                      if holds and _component(name) not in holds)]
+            say(f"\n== {_spelt(chosen_words)}")
             before = _read(folder / BEGUN)
             if part.name in again or before.get("key") != key:
                 # What a command had done of another gateware, or is to do again, is of no use.
@@ -306,7 +313,8 @@ def run(chosen: Iterable[Part], work: Path, *, again: Sequence[str] = (), quick:
             resumed = before.get("resumed", False)
             begun = time.monotonic() - before.get("seconds", 0)
             try:
-                done = subprocess.run([sys.executable, "-m", *words], cwd=ROOT, check=False)
+                done = subprocess.run([sys.executable, "-m", *chosen_words], cwd=ROOT,
+                                      check=False)
             finally:  # also if it was interrupted: some commands go on where they were
                 seconds = time.monotonic() - begun
                 write_atomically(folder / BEGUN, json.dumps(
@@ -318,8 +326,13 @@ def run(chosen: Iterable[Part], work: Path, *, again: Sequence[str] = (), quick:
                 failed.append(part.name)
                 continue
             figures = json.loads((folder / part.figures).read_text(encoding="utf-8"))
-            found = {"key": key, "seconds": round(seconds, 1), "resumed": resumed,
-                     "facts": summary(part.name, figures)}
+            facts = summary(part.name, figures)
+            if holds:
+                elsewhere = resumed = True
+                facts["components"] = {name: (holds | facts["components"])[name]
+                                       for name in map(_component, of)}
+                facts["sentences"] = _sentences(facts["components"])
+            found = {"key": key, "seconds": round(seconds, 1), "resumed": resumed, "facts": facts}
             write_atomically(folder / KEPT, json.dumps(found).encode())
         record["parts"][part.name] = {
             "command": _spelt(words), "seconds": found["seconds"],
@@ -336,6 +349,26 @@ def _written(record: Mapping, part: Part, command: str, of: Mapping) -> Mapping 
     """Return what a record says of a part, if that is of what is here."""
     there = record.get("parts", {}).get(part.name, {})
     return there if (there.get("command"), there.get("of")) == (command, dict(of)) else None
+
+
+def _components(record: Mapping, part: Part, command: str, of: Mapping) -> dict[str, dict]:
+    """Return what a record says of components, as far as these are what is here; none if not."""
+    there = record.get("parts", {}).get(part.name, {})
+    if not part.single or there.get("command") != command:
+        return {}
+    return {_component(name): there["facts"]["components"][_component(name)]
+            for name, taken in of.items() if there["of"].get(name) == taken}
+
+
+def _component(name: str) -> str:
+    """Return the component of such as ``contract divider``."""
+    return name.partition(" ")[2]
+
+
+def _sentences(names: Iterable[str]) -> int:
+    """Count the different sentences among the properties of components."""
+    return len({each.description for name in names
+                for each in components()[name].properties().values()})
 
 
 def stale(record: Mapping) -> dict[str, list[str]]:

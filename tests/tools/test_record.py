@@ -18,6 +18,13 @@ from tools.record_page import dump, page, summary
 
 DOCS = Path(__file__).parents[2] / "docs"
 
+EACH = """\
+import json, pathlib, sys
+folder, *names = sys.argv[1:]
+(pathlib.Path(folder) / "figures.json").write_text(json.dumps({
+    "versions": {}, "components": {name: "now" for name in names or ["coil", "divider", "rate"]}}))
+"""
+
 CHECK = """\
 import json, os, pathlib, sys
 folder, status = pathlib.Path(sys.argv[1]), int(os.path.expandvars(sys.argv[2]))
@@ -34,6 +41,7 @@ def check(tmp_path, monkeypatch):
     """Make a command that counts how often it was called, and ends with the status it is given."""
     (tmp_path / "lib").mkdir()
     (tmp_path / "lib" / "its_check.py").write_text(CHECK)
+    (tmp_path / "lib" / "its_each.py").write_text(EACH)
     monkeypatch.setenv("PYTHONPATH", str(tmp_path / "lib"))
     monkeypatch.setattr(record, "ROOT", tmp_path)
     return lambda status, name="some": Part(name, f"its_check {{folder}} {status}", ("run it",))
@@ -164,6 +172,27 @@ class TestRun:
         again = run([check(0)], work, written=written) or {}
         assert again["parts"]["some"]["of"] == {"run it": "89ab"}
         assert calls(work) == 1
+
+    def test_components_that_a_record_has_are_not_run_again(
+            self, check, tmp_path, prints, monkeypatch):
+        monkeypatch.setattr(record, "_sentences", lambda names: len(names))
+        part = Part("some", "its_each {folder}", ("contract coil", "contract divider",
+                                                  "contract rate"), single=True)
+        prints |= dict.fromkeys(part.on, "0123")
+        written = run([part], tmp_path / "build") or {}
+        facts = written["parts"]["some"]["facts"]
+        assert facts["components"] == {"coil": "now", "divider": "now", "rate": "now"}
+        facts["components"] = dict.fromkeys(facts["components"], "before")
+        prints["contract divider"] = "4567"
+        shutil.rmtree(tmp_path / "build")
+        again = run([part], tmp_path / "build", written=written) or {}
+        assert again["parts"]["some"]["facts"] == {
+            "versions": {}, "sentences": 3,
+            "components": {"coil": "before", "divider": "now", "rate": "before"}}
+        assert again["parts"]["some"]["command"] == written["parts"]["some"]["command"]
+        whole = run([part], tmp_path / "build", written=written, again=["some"]) or {}
+        assert whole["parts"]["some"]["facts"] == {
+            "versions": {}, "components": {"coil": "now", "divider": "now", "rate": "now"}}
 
     def test_quick_is_another_command(self, check, tmp_path):
         part = replace(check(1), quick="its_check {folder} 0")
