@@ -445,7 +445,7 @@ DIAGRAMS = (
         "A line is planned, and the probe touches: `latch` keeps where. Once it stands, it begins "
         "there and where it is, and lists it.",
         "inputs: actions_valid actions_ready idle contact standing outputs: passed_valid latch "
-        "brake measures restart listing touched", 0, 40),
+        "brake measures restart listing touched", 0, 27),
     Diagram(
         "stored-program",
         "A line has begun when the program is asked for: it is ended as damaged, 2, and when that "
