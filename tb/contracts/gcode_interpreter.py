@@ -32,6 +32,9 @@ CHECKS = ["READ", "CHECK_WORDS", "CONVERT", "COMPUTE", "CHECK_LINE", "COMPARE", 
           "CHECK_UNUSED", "CHECK_JOG"]
 """States in which a line may still be refused."""
 
+SOON = 15
+"""Clocks in which covers are reached that wait for something."""
+
 JOGS = ["CHECK_WORDS", "CONVERT", "COMPUTE", "CHECK_LINE", "CHECK_UNUSED", "CHECK_JOG", "JOG",
         "ARRIVE", "ANSWER"]
 """States of a jog once its words are read."""
@@ -158,8 +161,21 @@ def describe(c: Contract, dut: GCodeInterpreter) -> None:
         _let_lines_be_any(c, dut)
         if not c.upset:
             jogs_alone = c.free(1, name="jogs_alone")  # all lines are jogs, or none is
-            c.restrict_covers(~c.rst & (dut.words.p.system == jogs_alone)
-                              & (~c.past(1) | (jogs_alone == c.past(jogs_alone))))
+            # Either nothing is waited for, or anything; but then no longer than most covers take.
+            soon = c.free(1, name="soon")
+            clocks = c.keep(range(SOON + 2), name="clocks")
+            c.m.d.sync += clocks.eq(Mux(clocks <= SOON, clocks + 1, clocks))
+            store, converter, line = (c.part(name) for name in ("coordinates", "converter", "line"))
+            c.restrict_covers(
+                ~c.rst & (dut.words.p.system == jogs_alone)
+                & (~c.past(1) | ((jogs_alone == c.past(jogs_alone)) & (soon == c.past(soon))))
+                & (soon | (clocks <= SOON))
+                & (~soon | (store.done & converter.done & ~converter.too_long & dut.words.valid
+                            & (dut.words.p.kind.as_value() == Mux(
+                                begun, GCodeKind.END.value, GCodeKind.WORD.value))
+                            & ~dut.position.valid
+                            & (dut.words.p.status.as_value() == 0) & (dut.verdict == 0)
+                            & dut.actions.ready & (line.error == 0))))
     else:
         converter = c.state("converter.converter_state")
         c.invariant("converter-codes-in-use", "The converter has a state of its own.",
