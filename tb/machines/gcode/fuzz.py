@@ -59,7 +59,8 @@ LINES = (b"G21", b"G90", b"G91", b"G54", b"G55", b"G17", b"G18", b"G19", b"M3S50
          b"$H", b"$", b"$G", b"$#", b"$I", b"$N", b"%")
 
 ANOTHER = (b"$C", b"$C", b"$SLP", b"$RST=#", b"$RST=*", b"$rst=$", b"$J=G91X0.2F900",
-           b"$j=G91Y-.3Z.1F6000", b"$J=X0F9000", b"G38.2X.1F6000\n$X\nG0", b"G38.5Z-.2F6000\n$X\nG0")
+           b"$j=G91Y-.3Z.1F6000", b"$J=X0F9000", b"G38.2X.1F6000\n$X\nG0",
+           b"G38.5Z-.2F6000\n$X\nG0")
 """Lines after which it is not known what others are answered, until a reset."""
 
 
