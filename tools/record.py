@@ -329,9 +329,8 @@ def run(chosen: Iterable[Part], work: Path, *, again: Sequence[str] = (), quick:
             facts = summary(part.name, figures)
             if holds:
                 elsewhere = resumed = True
-                facts["components"] = {name: (holds | facts["components"])[name]
-                                       for name in map(_component, of)}
-                facts["sentences"] = _sentences(facts["components"])
+                every = {name: (holds | facts["components"])[name] for name in map(_component, of)}
+                facts = {**facts, "sentences": _sentences(every), "components": every}
             found = {"key": key, "seconds": round(seconds, 1), "resumed": resumed, "facts": facts}
             write_atomically(folder / KEPT, json.dumps(found).encode())
         record["parts"][part.name] = {
