@@ -47,9 +47,9 @@ What a command found is kept in build/record. It is not run again while the comm
 the tools, and the designs, properties, models, stimulus and benches that it looks at are the same,
 unless it is named; so a record that was interrupted goes on where it was. What was never run here
 is taken from the present record, if that is of the same, with any versions of the tools; the new
-one names those of both. How a file is written does not matter: designs and properties are compared
-as RTLIL without names, models and stimulus by what they give, benches by what they drive and
-expect.
+one names those of both. So are the proofs of components that are the same, where
+others changed. How a file is written does not matter: designs and properties are compared as RTLIL
+without names, models and stimulus by what they give, benches by what they drive and expect.
 """
 
 EPILOG = """\
@@ -295,8 +295,9 @@ def run(chosen: Iterable[Part], work: Path, *, again: Sequence[str] = (), quick:
         if part.name not in again:
             if folder.exists():
                 found = _kept(folder / KEPT, key)
-            elif found := _written(written, part, _spelt(words), of):
-                elsewhere = True
+            if found is None and (part.single or not folder.exists()):
+                found = _written(written, part, _spelt(words), of)
+                elsewhere |= found is not None
         if found is None:
             holds = {} if part.name in again else _components(written, part, _spelt(words), of)
             chosen_words = [*words, *(_component(name) for name in of

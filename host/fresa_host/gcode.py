@@ -208,7 +208,8 @@ class GCode(SerialMachine[GCodeSession]):
         ValueError
             If one of them is no number.
         Alarmed
-            If the probe is already as it should become: nothing has moved.
+            If the probe is already as it should become: nothing has moved. Or with any other alarm.
+            Modes are then those of the probing: G21, G91, G94 and G38.3 or G38.5.
         """
         way = _way(feed, x, y, z)
         _, *modes = re.findall(r"G\d[\d.]*", " ".join(self.command("$G")))

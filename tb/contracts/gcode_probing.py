@@ -1,4 +1,4 @@
-"""Contract of probing: what moves, what is kept and in which clock, and that it ends."""
+"""Contract of probing: what moves, what is kept and in which clock, what was done at its end."""
 
 from amaranth import Mux, Value
 

@@ -19,7 +19,8 @@ class GCodeProbing(wiring.Component):
     A PROBE waits until all that was planned is done. If the probe is then where the line is to take
     it already, nothing moves: alarm 4. Otherwise the line is planned as any other. Where the axes
     are in the clock in which the probe changes is kept; they brake, and the rest of the line is
-    dropped. A line that ends without a change is alarm 5 with G38.2 and G38.4; with G38.3 and G38.5
+    dropped. What the probe does while the line is planned is not seen, unless it stays so. A line
+    that ends without a change is alarm 5 with G38.2 and G38.4; with G38.3 and G38.5
     its end is what is kept. Then the machine begins where it stands, and what is kept is listed,
     but after alarm 4. PROBED is taken when all that is done.
 
@@ -36,7 +37,8 @@ class GCodeProbing(wiring.Component):
     Members
     -------
     actions, passed : In(stream.Signature(GCodeAction)), Out(stream.Signature(GCodeAction))
-        Actions of the interpreter, and those that are planned: all but PROBED.
+        Actions of the interpreter, and those that are planned: all but PROBED, and but a PROBE that
+        moves nothing.
     contact : In(1)
         The probe touches.
     checking : In(1)
@@ -44,7 +46,7 @@ class GCodeProbing(wiring.Component):
     idle, standing : In(1)
         All that was planned is done; the machine stands.
     begins : In(1)
-        The planner has not begun since ``restart``.
+        The planner has not begun since ``restart``, or its block that sets the place is under way.
     active : Out(1)
         A probing goes on.
     brake : Out(1)
