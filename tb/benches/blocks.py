@@ -237,7 +237,7 @@ def g_code_homing(run: Run) -> str:
 
 @bench
 def g_code_probing(run: Run) -> str:
-    """A line that ends where the probe touches, and one for which it does so already."""
+    """A line that ends where the probe touches, and one where it does already."""
     dut = GCodeProbing()
     did = []
 

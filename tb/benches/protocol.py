@@ -403,7 +403,7 @@ def g_code_reader(run: Run) -> str:
 
 @bench
 def g_code_interpreter(run: Run) -> str:
-    """A position, a motion from it, an offset, two lines that are refused, and a probing."""
+    """A position, a motion, an offset, two lines that are refused, and a probing."""
     dut = GCodeInterpreter()
 
     async def line(ctx, text: str, *expected: tuple[GCodeActionKind, Operand, int]) -> None:
