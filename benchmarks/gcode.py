@@ -1,7 +1,7 @@
 """What the G-code machine reaches, measured at its pins."""
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from fractions import Fraction
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -24,7 +24,7 @@ from tools.console import (
     write_atomically,
 )
 
-__all__ = ["Figure", "figures", "main"]
+__all__ = ["Figure", "figures", "main", "report"]
 
 ABOUT = """\
 Runs the G-code machine at 50 MHz in simulation, clock by clock, with the times of an A4988, and
@@ -237,6 +237,17 @@ def figures(blocks: int) -> Iterator[Figure]:
         yield Figure("faults", "", engine.get("fault"), most=0)
 
 
+def report(found: Iterable[Figure], path: Path | None) -> int:
+    """Print figures, write them to a file if there is one, and return the exit status."""
+    found = list(found)
+    for figure in found:
+        say(str(figure))
+    facts: dict[str, Any] = {each.name: {**each._asdict(), "right": each.right} for each in found}
+    if path:
+        write_atomically(path, (json.dumps(facts, indent=1) + "\n").encode())
+    return 0 if all(each.right for each in found) else 1
+
+
 @command
 def main(argv: list[str] | None = None) -> int:
     """Run the benchmark."""
@@ -252,12 +263,7 @@ def main(argv: list[str] | None = None) -> int:
         for figure in figures(args.blocks):
             found.append(figure)
             progress.advance()
-    for figure in found:
-        say(str(figure))
-    facts: dict[str, Any] = {each.name: {**each._asdict(), "right": each.right} for each in found}
-    if args.json:
-        write_atomically(args.json, (json.dumps(facts, indent=1) + "\n").encode())
-    return 0 if all(each.right for each in found) else 1
+    return report(found, args.json)
 
 
 if __name__ == "__main__":

@@ -1,6 +1,5 @@
 """The G-code machine under load and faults: what it answers, and where its pins are."""
 
-import json
 import os
 import random
 from collections.abc import Callable, Iterator, Sequence
@@ -8,7 +7,7 @@ from functools import partial
 from itertools import islice
 from math import sqrt
 from pathlib import Path as FilePath
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -25,13 +24,11 @@ from tools.console import (
     Progress,
     check_output,
     command,
-    say,
     whole,
-    write_atomically,
 )
 from tools.processes import pool
 
-from .gcode import GRANULE, Figure
+from .gcode import GRANULE, Figure, report
 from .load_sender import (
     BYTE,
     PER_MM,
@@ -450,12 +447,7 @@ def main(argv: list[str] | None = None) -> int:
     if args.model_hours:
         with Progress(args.model_hours * 3600 // PIECE, "minutes", "planning") as progress:
             found += model_figures(args.model_hours, args.seed, args.jobs, progress.advance)
-    for figure in found:
-        say(str(figure))
-    facts: dict[str, Any] = {each.name: {**each._asdict(), "right": each.right} for each in found}
-    if args.json:
-        write_atomically(args.json, (json.dumps(facts, indent=1) + "\n").encode())
-    return 0 if all(each.right for each in found) else 1
+    return report(found, args.json)
 
 
 if __name__ == "__main__":
