@@ -1,7 +1,8 @@
 """Actions of a G-code program to blocks: copies between registers, and tables of formulas."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from fractions import Fraction
+from itertools import accumulate
 from typing import NamedTuple
 
 from amaranth import Array, Cat, Const, Module, Mux, Signal, signed, unsigned
@@ -91,6 +92,7 @@ class _Do(enum.Enum, shape=unsigned(5)):
     RUN = 0b10_000  # a table
     RUN_INVERSE = 0b10_001  # a table, if the feed of the action is motions a minute
     RUN_SOFT = 0b10_010  # a table, if there are soft limits
+    RUN_RADIUS = 0b10_011  # a table, if the arc has a radius
     KEEP = 0b11_000  # register -> one of _Kept
     SKIP = 0b11_001  # end here if the register is 0
     GUARD = 0b11_010  # wait for a reset if the register is not 0 and there are soft limits
@@ -252,26 +254,24 @@ def _check_jog() -> Iterable[_Row]:
     yield _Row(_Do.KEEP, _register("beyond"), _Kept.VERDICT.value)
 
 
-def _check(*, by_radius: bool) -> Iterable[_Row]:
+def _check() -> Iterable[_Row]:
+    """Give the verdict on an arc, by its centre or radius: the other register is not looked at."""
     yield from _targets()
     yield _input("plane", "plane")
     yield _input("clockwise", "clockwise")
-    if by_radius:
-        yield _Row(_Do.LOAD, Operand.RADIUS, _register("radius"))
-    else:
-        for do, name in (_Do.CENTRE_U, "centre_u"), (_Do.CENTRE_V, "centre_v"):
-            yield _Row(do, 0, _register(name))
+    yield _Row(_Do.LOAD, Operand.RADIUS, _register("radius"))
+    for do, name in (_Do.CENTRE_U, "centre_u"), (_Do.CENTRE_V, "centre_v"):
+        yield _Row(do, 0, _register(name))
     yield _Row(_Do.RUN, _TABLE["arc_plane"])
-    if by_radius:
-        yield _Row(_Do.RUN, _TABLE["arc_centre"])
+    yield _Row(_Do.RUN_RADIUS, _TABLE["arc_centre"])
     yield _Row(_Do.RUN, _TABLE["arc_check"])
     yield _Row(_Do.KEEP, _register("verdict"), _Kept.VERDICT.value)
 
 
-def _arc(*, by_radius: bool) -> Iterable[_Row]:
+def _arc() -> Iterable[_Row]:
     """Queue an arc, and a line to its end if that is not on the circle."""
     yield from _guarded_targets()
-    yield from _check(by_radius=by_radius)
+    yield from _check()
     yield _Row(_Do.FEED, Operand.FEED, _register("feed"))
     yield _Row(_Do.RUN, _TABLE["arc_path"])
     for name in ("arc_travel", *["quarter"] * 4):
@@ -386,56 +386,55 @@ SLOT = 8
 """A procedure begins at a multiple of this."""
 
 
-class _Procedure(enum.Enum, shape=unsigned(6)):
-    """A procedure, by where it begins, in slots: those before it have to fit there."""
-
-    BEGIN = 0
-    REPORT = 4
-    LINE = 6
-    DWELL = 10
-    OUTPUTS = 12
-    STOPPED_OUTPUTS = 13
-    WAIT = 14
-    ORIGIN = 15
-    CHECK_CENTRE = 16
-    CHECK_RADIUS = 18
-    ARC_BY_CENTRE = 20
-    ARC_BY_RADIUS = 30
-    JOG = 40
-    CHECK_JOG = 44
-    CONFIGURE = 45
-    HOME_X = 51
-    HOME_Y = 55
-    HOME_Z = 59
-    HOME_PLACE = 63
-
-
-_PROCEDURES: Mapping[_Procedure, tuple[_Row, ...]] = {
-    _Procedure.BEGIN: (*_begin(),),
-    _Procedure.REPORT: (*_report(),),
-    _Procedure.LINE: (*_line(),),
-    _Procedure.DWELL: (*_event(Operand.DWELL, stops=True),),
-    _Procedure.OUTPUTS: (*_event(Operand.SPEED, stops=False),),
-    _Procedure.STOPPED_OUTPUTS: (*_event(Operand.SPEED, stops=True),),
-    _Procedure.WAIT: (*_event(Operand.SPEED, stops=True),),
-    _Procedure.ORIGIN: (*_origins(),),
-    _Procedure.CHECK_CENTRE: (*_check(by_radius=False),),
-    _Procedure.CHECK_RADIUS: (*_check(by_radius=True),),
-    _Procedure.ARC_BY_CENTRE: (*_arc(by_radius=False),),
-    _Procedure.ARC_BY_RADIUS: (*_arc(by_radius=True),),
-    _Procedure.JOG: (*_jog(),),
-    _Procedure.CHECK_JOG: (*_check_jog(),),
-    _Procedure.CONFIGURE: (*_configure(),),
-    _Procedure.HOME_X: (*_home("x"),),
-    _Procedure.HOME_Y: (*_home("y"),),
-    _Procedure.HOME_Z: (*_home("z"),),
-    _Procedure.HOME_PLACE: (*_home_place(),),
+_PROCEDURES = {
+    "BEGIN": (*_begin(),),
+    "REPORT": (*_report(),),
+    "LINE": (*_line(),),
+    "DWELL": (*_event(Operand.DWELL, stops=True),),
+    "EVENT": (*_event(Operand.SPEED, stops=False),),
+    "STOPPED_EVENT": (*_event(Operand.SPEED, stops=True),),
+    "ORIGIN": (*_origins(),),
+    "CHECK_ARC": (*_check(),),
+    "ARC": (*_arc(),),
+    "JOG": (*_jog(),),
+    "CHECK_JOG": (*_check_jog(),),
+    "CONFIGURE": (*_configure(),),  # those behind it are of homing
+    "HOME_X": (*_home("x"),),
+    "HOME_Y": (*_home("y"),),
+    "HOME_Z": (*_home("z"),),
+    "HOME_PLACE": (*_home_place(),),
 }
+
+_SLOTS = dict(zip(_PROCEDURES, accumulate(
+    (-(-len(rows) // SLOT) for rows in _PROCEDURES.values()), initial=0), strict=False))
+"""Where each procedure begins, in slots."""
+
+
+class _Procedure(enum.Enum, shape=unsigned(6)):
+    """A procedure, by where it begins."""
+
+    BEGIN = _SLOTS["BEGIN"]
+    REPORT = _SLOTS["REPORT"]
+    LINE = _SLOTS["LINE"]
+    DWELL = _SLOTS["DWELL"]
+    EVENT = _SLOTS["EVENT"]
+    STOPPED_EVENT = _SLOTS["STOPPED_EVENT"]
+    ORIGIN = _SLOTS["ORIGIN"]
+    CHECK_ARC = _SLOTS["CHECK_ARC"]
+    ARC = _SLOTS["ARC"]
+    JOG = _SLOTS["JOG"]
+    CHECK_JOG = _SLOTS["CHECK_JOG"]
+    CONFIGURE = _SLOTS["CONFIGURE"]
+    HOME_X = _SLOTS["HOME_X"]
+    HOME_Y = _SLOTS["HOME_Y"]
+    HOME_Z = _SLOTS["HOME_Z"]
+    HOME_PLACE = _SLOTS["HOME_PLACE"]
+
 
 _EVENTS = {
     GCodeActionKind.DWELL: (_Procedure.DWELL, BlockKind.DWELL),
-    GCodeActionKind.PAUSE: (_Procedure.WAIT, BlockKind.PAUSE),
-    GCodeActionKind.END: (_Procedure.WAIT, BlockKind.END),
+    GCodeActionKind.PAUSE: (_Procedure.STOPPED_EVENT, BlockKind.PAUSE),
+    GCodeActionKind.END: (_Procedure.STOPPED_EVENT, BlockKind.END),
 }
 
 
@@ -708,24 +707,19 @@ class GCodePlanner(wiring.Component):
                             with m.Case(event):
                                 begin(which, block)
                         with m.Case(GCodeActionKind.SPINDLE, GCodeActionKind.COOLANT):
-                            begin(_Procedure.OUTPUTS, BlockKind.OUTPUTS)
+                            begin(_Procedure.EVENT, BlockKind.OUTPUTS)
                             with m.If(outputs_last):
-                                begin(_Procedure.STOPPED_OUTPUTS, BlockKind.OUTPUTS)
+                                begin(_Procedure.STOPPED_EVENT, BlockKind.OUTPUTS)
                         with m.Case(GCodeActionKind.OFFSETS):
                             begin(_Procedure.ORIGIN)
                         with m.Case(GCodeActionKind.JOG):
                             begin(_Procedure.JOG)
                         with m.Case(GCodeActionKind.CHECK_JOG):
                             begin(_Procedure.CHECK_JOG)
-                        for arc, with_centre, with_radius in (
-                                (GCodeActionKind.CHECK_ARC, _Procedure.CHECK_CENTRE,
-                                 _Procedure.CHECK_RADIUS),
-                                (GCodeActionKind.ARC, _Procedure.ARC_BY_CENTRE,
-                                 _Procedure.ARC_BY_RADIUS)):
-                            with m.Case(arc):
-                                begin(with_centre)
-                                with m.If(by_radius):
-                                    begin(with_radius)
+                        with m.Case(GCodeActionKind.CHECK_ARC):
+                            begin(_Procedure.CHECK_ARC)
+                        with m.Case(GCodeActionKind.ARC):
+                            begin(_Procedure.ARC)
             with m.State("LOOK-UP"):
                 m.d.comb += advance.eq(procedure.as_value() * SLOT)
                 m.next = "FETCH"
@@ -739,8 +733,8 @@ class GCodePlanner(wiring.Component):
                 m.next = "READ"
                 with m.If(row.do.as_value()[3:] == 0b10):  # RUN, of one kind or another
                     finish()
-                    with m.If(Mux(row.do == _Do.RUN_INVERSE, inverse,
-                                  (row.do == _Do.RUN) | self.soft)):
+                    runs = Array([Const(1), inverse, self.soft, by_radius])
+                    with m.If(runs[row.do.as_value()[:2]]):
                         m.d.comb += formulas.start.eq(1)
                         m.next = "COMPUTE"
             with m.State("READ"):
@@ -786,10 +780,8 @@ class GCodePlanner(wiring.Component):
             with m.State("END"):
                 m.d.comb += ends.eq(1)
                 m.d.sync += place.eq(0)
-                outputs = ((procedure == _Procedure.OUTPUTS)
-                           | (procedure == _Procedure.STOPPED_OUTPUTS))
                 with m.If(committed):
-                    m.d.sync += outputs_last.eq(outputs)
+                    m.d.sync += outputs_last.eq(header.kind == BlockKind.OUTPUTS)
                 m.next = "TELL"
             with m.State("TELL"):
                 m.next = "IDLE"
@@ -808,7 +800,7 @@ def _rows() -> list[dict[str, object]]:
     inputs = {_Do.SETTING: "setting", _Do.HEADER: "header"}
     rows: list[dict[str, object]] = []
     for procedure, steps in _PROCEDURES.items():
-        rows += [{}] * (procedure.value * SLOT - len(rows))
+        rows += [{}] * (_SLOTS[procedure] * SLOT - len(rows))
         for row in steps:
             name = inputs.get(row.do, row.input)
             rows.append({**row._asdict(), "last": int(row is steps[-1]),
