@@ -453,6 +453,14 @@ DIAGRAMS = (
         "line: lines_valid lines_ready run outputs: items_valid items_payload.byte "
         "items_payload.end running answer: answered state: dut.program_state_state", 0, 42),
     Diagram(
+        "stored-lines",
+        "At the start the text G54 is run as a line, and its answer becomes a part of a list. Then "
+        "G21 comes as text 2, and is kept when its line is accepted; a line follows, with `run`.",
+        "outputs: items_valid items_payload.byte items_payload.end answer: answers_valid "
+        "replies_valid replies_payload.text text: slot writing seen character keep line: "
+        "lines_valid run state: dut.lines_state_state", 0, 72,
+        radix=("items_payload.byte=hex", "character=hex")),
+    Diagram(
         "thesis-dialect",
         "The end of a line that moves has come: M3 is added before it. Then G28 waits until the "
         "machine rests, and becomes `$H`.",

@@ -10,6 +10,7 @@ from fresa.protocol import (
     GCodeText,
     LineEnd,
     Operand,
+    StoredLines,
     StoredProgram,
     ThesisDialect,
     UnitConverter,
@@ -229,6 +230,60 @@ def stored_program(run: Run) -> str:
 
     run.simulate(dut, test, watch, lines, answers)
     return "a line that had begun was ended, two lines were given, and what came behind dropped"
+
+
+@bench
+def stored_lines(run: Run) -> str:
+    """A line is run at the start; another is kept, and both are run behind one that came."""
+    dut = StoredLines([b"G54"], length=7)
+    given, said = [], []
+
+    async def watch(ctx):
+        while True:
+            *_, valid, item = await ctx.tick().sample(dut.items.valid, dut.items.payload)
+            if valid:
+                given.append("end" if item.end else chr(item.byte))
+
+    async def answers(ctx):
+        ctx.set(dut.items.ready, 1)
+        ctx.set(dut.said.ready, 1)
+        ctx.set(dut.replies.ready, 1)
+        while True:
+            *_, valid, item = await ctx.tick().sample(dut.items.valid, dut.items.payload)
+            if valid and item.end:
+                ctx.set(dut.answers.valid, 1)
+                *_, replied, text = await ctx.tick().sample(dut.replies.valid,
+                                                            dut.replies.p.text)
+                said.append(text.name if replied else "ok")
+                ctx.set(dut.answers.valid, 0)
+
+    async def test(ctx):
+        await ctx.tick().repeat(30)
+        ctx.set(dut.slot, 2)
+        ctx.set(dut.writing, 1)
+        for letter in b"G21":
+            ctx.set(dut.seen, 1)
+            ctx.set(dut.character, letter)
+            await ctx.tick()
+        ctx.set(dut.seen, 0)
+        ctx.set(dut.writing, 0)
+        ctx.set(dut.keep, 1)
+        await ctx.tick()
+        ctx.set(dut.keep, 0)
+        ctx.set(dut.slot, 0)
+        ctx.set(dut.lines.payload, {"byte": 0, "end": 1})
+        ctx.set(dut.lines.valid, 1)
+        ctx.set(dut.run, 1)
+        await ctx.tick()
+        ctx.set(dut.run, 0)
+        ctx.set(dut.lines.valid, 0)
+        await ctx.tick().repeat(40)
+        run.expect("items", " ".join(given), "G 5 4 end end G 5 4 end G 2 1 end")
+        run.expect("answers", said, ["RAN_FIRST", "ok", "RAN_FIRST", "RAN_SECOND"])
+        run.see(ctx, dut, fault=0)
+
+    run.simulate(dut, test, watch, answers)
+    return "G54 was run at the start, and with G21, which was kept, behind a line"
 
 
 @bench

@@ -66,6 +66,7 @@ from .step_accumulator import STEP_ACCUMULATOR
 from .step_dir import STEP_DIR
 from .step_dir_pair import STEP_DIR_PAIR
 from .step_ratio import STEP_RATIO
+from .stored_lines import STORED_LINES
 from .stored_program import STORED_PROGRAM
 from .text import TEXT
 from .thesis import THESIS
@@ -146,6 +147,7 @@ GENERAL = {
     "spindle_power": SPINDLE_POWER,
     "power_pwm": POWER_PWM,
     "servo_pulse": SERVO_PULSE,
+    "stored_lines": STORED_LINES,
     "stored_program": STORED_PROGRAM,
     "text": TEXT,
     "thesis": THESIS,

@@ -3,7 +3,7 @@
 from amaranth import Cat, Const, Mux
 
 from fresa.protocol import SETTINGS, GCodeGate
-from fresa.protocol.gcode_gate import COMMANDS
+from fresa.protocol.gcode_gate import COMMANDS, STORES
 from fresa.protocol.gcode_reader import GCodeKind, GCodeStatus
 
 from .contract import Bits, Case, Component, Contract
@@ -32,22 +32,32 @@ def describe(c: Contract, dut: GCodeGate) -> None:
     said = [c.keep(8, name=f"said_{number}") for number in range(longest + 2)]
     open_ = c.keep(1, name="open")
     c.assume(open_ | ~dut.answered)
+
+
+    def begins_with(text: str) -> Bits:
+        return Cat(Const(1), *(said[at + 1] == ord(each) for at, each in enumerate(text))).all()
+
+    brought = [system & inside & (characters == len(text) + 1) & begins_with(text)
+               for text in STORES]
+    brings = Cat(brought)
+    kept = c.keep(2, name="brought")  # the text of the line that is to be answered
     with c.m.If(dut.answered):
-        c.m.d.sync += open_.eq(0)
+        c.m.d.sync += [open_.eq(0), kept.eq(0)]
+    with c.m.If(taken & ends & (passed.p.status == GCodeStatus.GOOD)):
+        for number, each in enumerate(brought, 1):
+            with c.m.If(each):
+                c.m.d.sync += kept.eq(number)
     with c.m.If(taken):
         c.m.d.sync += [inside.eq(~ends), system.eq(item.system)]
         with c.m.If(ends):
             c.m.d.sync += [characters.eq(0), open_.eq(1)]
-        with c.m.Elif(item.system & (item.kind == GCodeKind.CHARACTER)):
+        with c.m.Elif(item.system & (item.kind == GCodeKind.CHARACTER) & ~brings.any()):
             c.m.d.sync += characters.eq(Mux(characters == longest + 2, characters, characters + 1))
             for number, each in enumerate(said):
                 with c.m.If(characters == number):
                     c.m.d.sync += each.eq(item.character)
     with c.m.If(c.rst):
-        c.m.d.sync += [inside.eq(0), characters.eq(0), open_.eq(0)]
-
-    def begins_with(text: str) -> Bits:
-        return Cat(Const(1), *(said[at + 1] == ord(each) for at, each in enumerate(text))).all()
+        c.m.d.sync += [inside.eq(0), characters.eq(0), open_.eq(0), kept.eq(0)]
 
     def named(*texts: str) -> Bits:
         return words.valid & ends & item.system & good & Cat(
@@ -61,13 +71,27 @@ def describe(c: Contract, dut: GCodeGate) -> None:
                   then=passed.valid & (words.ready == passed.ready)
                   & (passed.payload.as_value() == item.as_value()))
     jog = item.system & (characters == len("$J=")) & begins_with("J=")
-    of_jog = words.valid & ~ends & jog & (item.kind == GCodeKind.WORD)
+    stalls = words.valid & ~ends & item.system & (kept != 0)
+    of_jog = words.valid & ~ends & jog & (item.kind == GCodeKind.WORD) & ~stalls
+    of_line = (words.valid & ~ends & brings[:2].any() & (item.kind == GCodeKind.WORD) & ~stalls)
     c.implication("words-of-a-jog-pass", "So do those behind $J=, with the mark of the system.",
                   when=of_jog, then=passed.valid & (words.ready == passed.ready)
                   & (passed.payload.as_value() == item.as_value()))
+    c.implication("words-of-a-startup-line-pass", "So do those behind $N0= and $N1=, without it.",
+                  when=of_line, then=passed.valid & (words.ready == passed.ready)
+                  & same_but_status & (passed.p.status == item.status) & ~passed.p.system)
     c.implication("system-words-do-not", "Other items of a system line are taken, and not passed.",
-                  when=words.valid & ~ends & item.system & ~of_jog,
+                  when=words.valid & ~ends & item.system & ~of_jog & ~of_line & ~stalls,
                   then=~passed.valid & words.ready)
+    c.implication("texts-wait", "Behind a line that brings a text no system line begins before "
+                  "that is answered.", when=stalls, then=~passed.valid & ~words.ready)
+    c.invariant("slot", "It shows which text a line brings, and to its answer has brought.",
+                (dut.slot == Mux(kept != 0, kept, Mux(brings[0], 1, Mux(
+                    brings[1], 2, Mux(brings[2], 3, 0)))))
+                & (dut.writing == brings.any()) & ~(brings.any() & (kept != 0)),
+                cover=kept == 3)
+    c.invariant("kept", "A text is kept if its line is answered without an error.",
+                dut.keep == (dut.answered & dut.accepted & (kept != 0)), cover=dut.keep)
     c.implication("ends-pass", "Of an end only the status may be another, and only that of a jog "
                   "has the mark of the system.", when=passed.valid & ends,
                   then=words.valid & same_but_status & (passed.p.system == jog))
@@ -129,7 +153,8 @@ def describe(c: Contract, dut: GCodeGate) -> None:
                 & ((characters == 0) | (inside & system)),
                 cover=characters == 2, lemma=True)
     c.invariant("registers", "A line that has a word, or is not answered, is known as such.",
-                (c.signal("filled") == inside) & (c.signal("open_") == open_), cover=inside,
+                (c.signal("filled") == inside) & (c.signal("open_") == open_)
+                & (c.signal("stores") == kept), cover=inside,
                 lemma=True)
     c.invariant("judged", "Only a system line that waits is judged.",
                 (~done | (state("PASS") & pending & ~open_))
@@ -163,6 +188,15 @@ def describe(c: Contract, dut: GCodeGate) -> None:
                   then=state("PASS") & done & (c.signal("status") == Mux(
                       c.past(dut.jogging | (dut.resting & ~dut.locked)),
                       GCodeStatus.GOOD, GCodeStatus.NOT_IDLE)))
+    c.implication("stores", "A text is refused unless it is at rest, a line while it is locked, "
+                  "and either if it is too long.",
+                  when=c.past(state("JUDGE") & named(*STORES) & ~dut.settling & ~c.rst),
+                  then=state("PASS") & done & (c.signal("status") == Mux(
+                      c.past(~dut.resting | (dut.locked & brings[:2].any())),
+                      GCodeStatus.NOT_IDLE, Mux(c.past(dut.too_long),
+                                                GCodeStatus.TEXT_TOO_LONG, GCodeStatus.GOOD))))
+    c.invariant("restores-texts", "Only $RST=* lets them be those of power-up.",
+                dut.restoring_texts == (named("RST=*") & dut.restoring), cover=dut.restoring)
     c.leaves_unused_codes("gate_state", fault=dut.fault, shows=~acts)
 
 

@@ -14,6 +14,9 @@ __all__ = ["GCODE_READER"]
 NONE, LETTER, SIGN, DIGITS, POINT, DECIMALS = range(6)
 """What there is of a word: nothing, its letter, and how far its number has come."""
 
+OPENED = 4
+"""Place in a prefix: behind all of it."""
+
 
 def describe(c: Contract, dut: GCodeReader) -> None:
     """Lines are read as an automaton reads them, a character at a time."""
@@ -59,16 +62,18 @@ def describe(c: Contract, dut: GCodeReader) -> None:
 
     # The line, and what is to come of it
     begun, system = c.keep(1, name="has_begun"), c.keep(1, name="is_system")
-    prefix, status = c.keep(2, name="prefix"), c.keep(4, name="status_so_far")
-    raw = Mux(begun, system & (prefix != 3), one_of(b"$"))
+    prefix, status = c.keep(3, name="prefix"), c.keep(4, name="status_so_far")
+    raw = Mux(begun, system & (prefix != OPENED), one_of(b"$"))
     counts = judged & shown
-    is_next = Mux(prefix == 0, one_of(b"$") & ~begun, Mux(prefix == 1, one_of(b"J"),
-                                                          one_of(b"=")))
-    jogs = raw & (prefix == 2) & one_of(b"=")
+    # Of $J=, $N0= and $N1= the line has the character before, and what follows it is the next.
+    following = Mux(~begun, 1, Mux(
+        (prefix == 1) & one_of(b"J"), 2, Mux((prefix == 1) & one_of(b"N"), 3, Mux(
+            (prefix == 3) & one_of(b"01"), 2, Mux((prefix == 2) & one_of(b"="), OPENED, 0)))))
+    opens = raw & (prefix == 2) & one_of(b"=")
     letter = one_of(bytes(range(0x41, 0x5B)))
     good = status == GCodeStatus.GOOD.value
     fails = counts & ~raw & good & ~goes_on & ((so_far != NONE) | ~letter)
-    starts = counts & ~goes_on & Mux(raw, ~jogs, good & (so_far == NONE) & letter)
+    starts = counts & ~goes_on & Mux(raw, ~opens, good & (so_far == NONE) & letter)
     over = given & (out.kind == GCodeKind.END)
     first = c.keep(8, name="first_character")
     kind, character = c.keep(2, name="kind"), c.keep(8, name="character")
@@ -88,13 +93,13 @@ def describe(c: Contract, dut: GCodeReader) -> None:
     with c.m.Elif(counts):
         c.m.d.sync += begun.eq(1)
         with c.m.If(raw):
-            c.m.d.sync += [system.eq(1), prefix.eq(Mux(is_next, prefix + 1, 0))]
+            c.m.d.sync += [system.eq(1), prefix.eq(following)]
         with c.m.If(fails):
             c.m.d.sync += [so_far.eq(NONE), status.eq(Mux(
                 so_far == NONE, GCodeStatus.NO_LETTER.value, GCodeStatus.NO_NUMBER.value))]
         with c.m.Elif(starts):
             c.m.d.sync += [so_far.eq(LETTER), first.eq(text), minus.eq(0)]
-        with c.m.Elif(jogs):
+        with c.m.Elif(opens):
             c.m.d.sync += so_far.eq(NONE)
         with c.m.Elif(goes_on):
             c.m.d.sync += so_far.eq(Mux(
@@ -134,6 +139,8 @@ def describe(c: Contract, dut: GCodeReader) -> None:
                                   == c.past(dut.words.payload.as_value())))
     c.invariant("ready", "An item is taken if none is held.", dut.items.ready == ~held,
                 cover=loads)
+    c.invariant("seen", "Each character that counts is seen once.",
+                (dut.seen == counts) & (~counts | (dut.character == text)), cover=dut.seen)
     lines, answered = c.keep(4, name="lines"), c.keep(4, name="lines_out")
     c.m.d.sync += [lines.eq(Mux(c.rst, 0, lines + (loads & dut.items.p.end))),
                    answered.eq(Mux(c.rst, 0, answered + over))]
@@ -194,7 +201,7 @@ def describe(c: Contract, dut: GCodeReader) -> None:
                                        & (c.signal("letter") == first) & begun
                                        & (good | at_end)
                                        & ~c.kept["number:is_complete"]))
-                & (good | at_end | (begun & (~system | (prefix == 3))))
+                & (prefix <= OPENED) & (good | at_end | (begun & (~system | (prefix == OPENED))))
                 & (begun | ~system) & (system | (prefix == 0)), cover=so_far == DECIMALS)
 
 

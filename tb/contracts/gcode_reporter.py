@@ -36,6 +36,9 @@ def describe(c: Contract, dut: GCodeReporter) -> None:
     for each in (answers, alarms, messages):  # streams
         c.assume(c.past(0, init=1) | c.past(c.rst) | ~c.past(each.valid & ~each.ready)
                  | (each.valid & (Value.cast(each.payload) == c.past(Value.cast(each.payload)))))
+    told = dut.stored_text
+    c.assume(c.past(0, init=1) | c.past(c.rst) | ~c.past(told.valid & ~told.ready)
+             | (told.valid & (told.payload.as_value() == c.past(told.payload.as_value()))))
     c.assume(~messages.valid | (Value.cast(messages.payload) < 10))
     c.assume(dut.state.as_value() < 9)
 
@@ -67,6 +70,19 @@ def describe(c: Contract, dut: GCodeReporter) -> None:
     c.implication("byte-stays", "A byte that is offered stays until it is taken.",
                   when=goes_on & c.past(dut.bytes.valid & ~dut.bytes.ready),
                   then=dut.bytes.valid & (dut.bytes.payload == c.past(dut.bytes.payload)))
+
+    # A stored text
+    c.implication("stored-text", "Each of its bytes is sent when it is taken, while it is wanted.",
+                  when=told.valid & told.ready & ~told.p.end,
+                  then=dut.stored_wanted & dut.bytes.valid & dut.bytes.ready
+                  & (dut.bytes.payload == told.p.byte))
+    c.implication("stored-text-to-its-end", "It is wanted until its end is taken.",
+                  when=goes_on & c.past(dut.stored_wanted & ~(told.valid & told.ready
+                                                              & told.p.end)) & ~dut.fault,
+                  then=dut.stored_wanted & (dut.stored == c.past(dut.stored)))
+    c.implication("nothing-more-of-it", "Then it is not, and nothing of it is taken.",
+                  when=goes_on & c.past(told.valid & told.ready & told.p.end),
+                  then=~dut.stored_wanted & ~told.ready)
 
     # A report
     began = state("SAMPLE")
@@ -146,11 +162,16 @@ def describe(c: Contract, dut: GCodeReporter) -> None:
 
 
 def make(*, brief: bool = False, **parameters: Any) -> GCodeReporter:
-    """Make a reporter, of whose texts only the first bytes are sent if it is to be brief."""
+    """Make a reporter, of whose texts only a byte each is sent if it is to be brief.
+
+    That is the first one, or the mark of a stored text.
+    """
     dut = GCodeReporter(**parameters)
     if brief:
         Fragment.get(dut.texts, None)  # else Amaranth warns that it is unused
-        dut.texts = TextSource([text[:1] for text in dut.texts.texts])
+        dut.texts = TextSource([
+            bytes([next((byte for byte in text if byte >> 2 == 0x90 >> 2), text[0])])
+            for text in dut.texts.texts])
     return dut
 
 

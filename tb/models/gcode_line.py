@@ -11,6 +11,9 @@ __all__ = ["GOOD", "DAMAGED", "GCodeReaderModel", "Item", "LineBufferModel", "nu
 GOOD, DAMAGED = 0x100, 0x102
 """Ends of lines, as items of a line."""
 
+OPENED = re.compile(r"\$(J|N[01])=")
+"""What is before the words of a system line that has some."""
+
 
 class LineBufferModel:
     """A line buffer, clock by clock.
@@ -125,6 +128,8 @@ class GCodeReaderModel:
     ----------
     offered : Item, optional
         The offered item.
+    seen : list of str
+        All characters that counted, in upper case.
     """
 
     def __init__(self, *, width: int = 44, decimals: int = 6) -> None:
@@ -138,6 +143,7 @@ class GCodeReaderModel:
         self.looked = False  # at what is held
         self.delay = 0  # clocks to the next item
         self.next: Item | None = None
+        self.seen: list[str] = []  # every character that counts, of all lines
         self._begin()
 
     def _begin(self) -> None:
@@ -155,7 +161,7 @@ class GCodeReaderModel:
     @property
     def raw(self) -> bool:
         """Whether its characters are items."""
-        return self.system and not self.line.startswith("$J=")
+        return self.system and not OPENED.match(self.line)
 
     @property
     def ready(self) -> bool:
@@ -220,13 +226,14 @@ class GCodeReaderModel:
         elif character in "(;":
             self.comment = character
         elif self._shown(character):
-            self._judge(character.upper() if character.isascii() else character)
+            self.seen.append(character.upper() if character.isascii() else character)
+            self._judge(self.seen[-1])
 
     def _judge(self, character: str) -> None:
         """Judge a character that counts."""
         goes_on = self._goes_on(character)
         self.line += character
-        if self.raw or self.line == "$J=":
+        if self.raw or OPENED.fullmatch(self.line):
             self.next, self.delay = Item("CHARACTER", True, character), 1
         elif self.status:
             return
@@ -235,7 +242,7 @@ class GCodeReaderModel:
         elif self.raw or (self.letter is None and "A" <= character <= "Z"):
             self.letter, self.text = character, ""
         else:
-            if self.line != "$J=":
+            if not OPENED.fullmatch(self.line):
                 self.status = 1 if self.letter is None else 2
             self.letter = None
 

@@ -100,9 +100,10 @@ def main(argv: list[str] | None = None) -> int:
                              "steps or the serial line need it)")
     parser.add_argument("--engine", metavar="NAME", choices=["cxxrtl", "amaranth"],
                         help="see below (default: the fastest available)")
-    # It runs a program that comes on the line, nobody presses a button, and pins are those of axes.
+    # It runs a program that comes on the line, and nothing else; pins are those of axes.
     add_options(parser.add_argument_group("machine"), (
-        option for option in MACHINE.options if option.name not in ("program", "kinematics")))
+        option for option in MACHINE.options
+        if option.name not in ("program", "kinematics", "startup")))
     args = parser.parse_args(argv)
 
     check_outputs(args.file, pictures=[args.png], others=[args.json, args.vcd])

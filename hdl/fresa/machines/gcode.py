@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from math import floor
+from re import fullmatch, search
 
 from amaranth import Cat, Module, Mux, ResetInserter, Signal, Value, signed
 from amaranth.lib import stream
@@ -42,6 +43,8 @@ from ..panel import ContactFilter
 from ..protocol import (
     MAX_SILENCE,
     SETTINGS,
+    STARTUP_LINES,
+    STORED_LENGTH,
     GCodeActionKind,
     GCodeGate,
     GCodeInterpreter,
@@ -55,6 +58,7 @@ from ..protocol import (
     LineBuffer,
     RealtimeCode,
     RealtimeFilter,
+    StoredLines,
     StoredProgram,
     ThesisDialect,
     UARTReceiver,
@@ -139,6 +143,10 @@ class GCodeSettings:
         A program that the start button runs, see :class:`StoredProgram`; none if empty.
     probing : bool
         It has G38.2 to G38.5; the dialect of the thesis has not.
+    startup : sequence of str
+        Lines that are run at every start, up to two: $N0 and $N1.
+    startup_lines : bool
+        It keeps such lines, and the text of $I; the dialect of the thesis does not.
     silence_us, idle_us : int
         Of the thesis: silence that ends a line, and after which motors are off, in us.
     servo_us : int
@@ -169,6 +177,8 @@ class GCodeSettings:
     second_motor: str | None = None
     program: bytes = b""
     probing: bool = True
+    startup: Sequence[str] = ()
+    startup_lines: bool = True
     silence_us: int = 10_000
     idle_us: int = 100_000
     servo_us: int = SERVO_PERIOD
@@ -184,6 +194,7 @@ class GCodeSettings:
         if self.kinematics == "corexy" and self.steps_per_mm[0] != self.steps_per_mm[1]:
             raise ValueError("X and Y of corexy must have the same steps per mm")
         self._check_second_motor()
+        self._check_startup()
         # Which check ranges
         _ = Line(clock=self.clock), self._values
         pwm_frequency(self.pwm_hz, clock=self.clock)
@@ -208,6 +219,17 @@ class GCodeSettings:
         if self.dialect == "thesis":
             raise ValueError("the dialect of the thesis has no second motor: its homing cycle "
                              "squares no gantry")
+
+    def _check_startup(self) -> None:
+        in_range("number of startup lines", len(self.startup), 0, STARTUP_LINES)
+        if any(self.startup) and not self.stores:
+            raise ValueError("there is no room for startup lines where they are left out, and the "
+                             "dialect of the thesis has none")
+        for number, line in enumerate(self.startup):
+            if not fullmatch("[!-~]*", line) or line != line.upper() or search("[(;/$]", line):
+                raise ValueError(f"startup line {number} must be upper case, without blanks and "
+                                 f"comments, not {line!r}")
+            in_range(f"characters of startup line {number}", len(line), 0, STORED_LENGTH)
 
     @property
     def second_axis(self) -> int | None:
@@ -239,10 +261,16 @@ class GCodeSettings:
         return self.probing and self.dialect == "grbl"
 
     @property
+    def stores(self) -> bool:
+        """Whether it keeps startup lines, and a text of the user."""
+        return self.startup_lines and self.dialect == "grbl"
+
+    @property
     def notes(self) -> list[str]:
         """What ``$I`` says besides: what is not kept, and what is left out."""
         return ["Settings and coordinates last until power-off",
-                "Without startup lines", *["Without probing"] * (not self.probes)]
+                *["Without probing"] * (not self.probes),
+                *["Without startup lines"] * (not self.stores)]
 
     @property
     def bit(self) -> int:
@@ -425,7 +453,7 @@ class GCode(MachineComponent):
         buffer = LineBuffer(depth=settings.receive,
                             silence=settings.silence if thesis else None)
         reader = GCodeReader()
-        gate, lister = GCodeGate(), GCodeLister()
+        gate, lister = GCodeGate(stores=settings.stores), GCodeLister()
         interpreter = GCodeInterpreter(probing=settings.probes)
         planner = GCodePlanner(line=Line(clock=settings.clock), most_rate=settings.most_rate)
         homing = GCodeHoming(simple=thesis, squared_axis=settings.second_axis)
@@ -436,8 +464,10 @@ class GCode(MachineComponent):
         connect(m, receiver.bytes, realtime.bytes)
         connect(m, realtime.rest, buffer.bytes)
         answers = self._answers(m, interpreter, renewed)
-        lines, said = self._program(m, anew, control, interpreter, answers, buffer.items, faults)
-        connect(m, lines, reader.items)
+        stored = self._store_lines(m, anew, reader, gate, homing, answers, faults)
+        lines, said = self._program(m, anew, control, interpreter,
+                                    stored.said if stored else answers, buffer.items, faults)
+        connect(m, lines, stored.lines if stored else reader.items)
         m.d.comb += [
             receiver.rx.eq(self.rx),
             gate.locked.eq((control.state == GCodeState.ALARM)
@@ -445,6 +475,7 @@ class GCode(MachineComponent):
             gate.jogging.eq(control.jogging),
             control.check.eq(gate.checking),
             gate.answered.eq(answers.valid & answers.ready),
+            gate.accepted.eq(answers.payload == 0),
             planner.operand.eq(interpreter.operand),
             interpreter.operand_address.eq(planner.operand_address),
             interpreter.verdict.eq(planner.verdict),
@@ -576,18 +607,23 @@ class GCode(MachineComponent):
         # What is said
         m.submodules.reporter = reporter = GCodeReporter(
             dialect=settings.dialect, options=settings.options, blocks=settings.depth - 1,
-            receive=settings.receive, position_bits=len(planner.shown), notes=settings.notes)
+            receive=settings.receive, position_bits=len(planner.shown), stores=settings.stores,
+            notes=settings.notes)
         m.submodules.transmitter = transmitter = UARTTransmitter(period=settings.bit)
         connect(m, said, reporter.answers)
         connect(m, control.messages, reporter.messages)
         connect(m, control.alarms, reporter.alarms)
         connect(m, reporter.bytes, transmitter.bytes)
-        parts = lister.parts  # or settings, of the gate, which does not list both
-        m.d.comb += [
-            reporter.listed.valid.eq(parts.valid | gate.listed.valid),
-            reporter.listed.payload.eq(Mux(parts.valid, parts.payload, gate.listed.payload)),
-            parts.ready.eq(reporter.listed.ready), gate.listed.ready.eq(reporter.listed.ready),
-        ]
+        # Of these sources of parts never more than one has any.
+        parts = [lister.parts, gate.listed, *([stored.replies] if stored else [])]
+        for part in parts:
+            m.d.comb += part.ready.eq(reporter.listed.ready)
+            with m.If(part.valid):
+                m.d.comb += [reporter.listed.valid.eq(1), reporter.listed.payload.eq(part.payload)]
+        if stored:
+            m.d.comb += [stored.shown.eq(reporter.stored),
+                         stored.wanted.eq(reporter.stored_wanted)]
+            connect(m, stored.text, reporter.stored_text)
         self._reports(m, control, planner, motion, reporter, switches)
         if probing is not None:
             self._probe(m, control, gate, lister, planner, motion, probing, switches[AXES],
@@ -657,6 +693,25 @@ class GCode(MachineComponent):
             m.d.sync += far.eq(Mux(lower[axis], positions[axis] >= length,
                                    positions[axis] <= -length))
             m.d.comb += blocked[axis].eq(Mux(away, far, switches[axis]))
+
+    def _store_lines(self, m: Module, anew: Callable, reader: GCodeReader, gate: GCodeGate,
+                     homing: GCodeHoming, answers: stream.Interface, faults: list
+                     ) -> StoredLines | None:
+        """Have lines run at every start, and after homing, if the machine keeps any."""
+        if not self.settings.stores:
+            return None
+        stored = StoredLines([line.encode() for line in self.settings.startup])
+        m.submodules.stored = anew(stored)
+        connect(m, stored.items, reader.items)
+        connect(m, answers, stored.answers)
+        m.d.comb += [
+            stored.locked.eq(gate.locked), stored.run.eq(homing.done),
+            stored.slot.eq(gate.slot), stored.writing.eq(gate.writing), stored.keep.eq(gate.keep),
+            stored.seen.eq(reader.seen), stored.character.eq(reader.character),
+            stored.restore.eq(gate.restoring_texts), gate.too_long.eq(stored.too_long),
+        ]
+        faults.append(stored.fault)
+        return stored
 
     def _program(self, m: Module, anew: Callable, control: GCodeControl,
                  interpreter: GCodeInterpreter, answers: stream.Interface,

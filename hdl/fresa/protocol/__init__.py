@@ -28,6 +28,7 @@ from .line_buffer import MAX_SILENCE, LineBuffer
 from .realtime import RealtimeCode, RealtimeFilter
 from .receiver import Received, UARTReceiver
 from .reporter import Reporter
+from .stored_lines import STARTUP_LINES, STORED_LENGTH, StoredLines
 from .stored_program import StoredProgram
 from .text import TextSource
 from .thesis import ThesisDialect
@@ -36,14 +37,14 @@ from .unit_converter import UnitConverter
 from .words import WordReader
 
 __all__ = [
-    "BAUD", "CHECK_DIGITS", "LISTED", "MAX_SILENCE", "SETTINGS", "SETTING_BITS",
-    "CoordinateSum", "DecimalReader", "DecimalWriter", "FixedPoint", "FrameInterpreter",
-    "GCodeAction", "GCodeActionKind", "GCodeCoordinates", "GCodeFlags", "GCodeGate",
-    "GCodeInterpreter", "GCodeKind", "GCodeLine", "GCodeLineState", "GCodeList", "GCodeLister",
-    "GCodeMessage", "GCodeModes", "GCodeMotion", "GCodeReader", "GCodeReporter",
+    "BAUD", "CHECK_DIGITS", "LISTED", "MAX_SILENCE", "SETTINGS", "SETTING_BITS", "STARTUP_LINES",
+    "STORED_LENGTH", "CoordinateSum", "DecimalReader", "DecimalWriter", "FixedPoint",
+    "FrameInterpreter", "GCodeAction", "GCodeActionKind", "GCodeCoordinates", "GCodeFlags",
+    "GCodeGate", "GCodeInterpreter", "GCodeKind", "GCodeLine", "GCodeLineState", "GCodeList",
+    "GCodeLister", "GCodeMessage", "GCodeModes", "GCodeMotion", "GCodeReader", "GCodeReporter",
     "GCodeSettingStore", "GCodeState", "GCodeStatus", "GCodeText", "HexReader", "HexWriter",
     "LineBuffer", "LineEnd", "LineItem", "LineReader", "NumberError", "Operand", "RealtimeCode",
-    "RealtimeFilter", "Received", "ReportNumber", "Reporter", "StoredProgram", "TextSource",
-    "ThesisDialect", "UARTReceiver", "UARTTransmitter", "UnitConverter", "WordReader",
+    "RealtimeFilter", "Received", "ReportNumber", "Reporter", "StoredLines", "StoredProgram",
+    "TextSource", "ThesisDialect", "UARTReceiver", "UARTTransmitter", "UnitConverter", "WordReader",
     "bit_period", "fixed_point_layout", "gcode_layout", "setting_index", "setting_values",
 ]

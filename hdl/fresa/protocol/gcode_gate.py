@@ -23,8 +23,11 @@ LISTS = {"": GCodeList.HELP, "G": GCodeList.MODES, "#": GCodeList.COORDINATES,
 JOG = "J="
 """What begins a jog, behind its ``$``: the rest is words of G-code."""
 
-COMMANDS = ("X", "H", "$", "C", "SLP", "RST=$", "RST=#", "RST=*", JOG, *LISTS)
-"""System lines that are a text of their own, behind their ``$``."""
+STORES = ("N0=", "N1=", "I=")
+"""What begins a line whose rest is stored, behind its ``$``: the first two bring G-code."""
+
+COMMANDS = ("X", "H", "$", "C", "SLP", "RST=$", "RST=#", "RST=*", JOG, *LISTS, *STORES)
+"""System lines that are a text of their own, behind their ``$``, or begin so."""
 
 THOUSANDTH = 1000
 """Units of a value in a thousandth: values have six decimals."""
@@ -48,14 +51,16 @@ class GCodeGate(wiring.Component):
                 with a reset
     $$          lists all settings                with 8 unless at rest or checking
     $# $I $N    list coordinates, the build, and  with 8 unless at rest
-                lines run at a start: there are
-                none
+                lines run at a start
     $H          carries out a homing cycle        with 5 if $22 is 0, 8 unless at rest
     $SLP        sleeps                            with 8 unless at rest
     $RST=$ # *  make settings, coordinates, or    with 8 unless at rest
                 both what they were at power-up,
                 with a reset
     $J=words    passes them, as a jog             with 8 unless at rest and not locked, or jogging
+    $N0=words   passes them, and has them kept    with 8 unless at rest and not locked, 14 if too
+    $N1=words   if they are accepted              long
+    $I=text     has it kept                       with 8 unless at rest, 14 if too long
     $n=value    changes a setting                 with 8 unless at rest; see below
     ==========  ================================  ===============================================
 
@@ -69,8 +74,8 @@ class GCodeGate(wiring.Component):
     end comes; its words are passed on before, and only the end makes them a line. So nothing of it
     is done either way. An empty line is never refused. A system line is judged when all lines
     before it are answered, and it is done before its end is passed; but a reset and sleep begin
-    when it is answered. Words and end of a jog are passed as items of the system, but no other end
-    is.
+    when it is answered, and what is stored is kept then. Words and end of a jog are passed as items
+    of the system; those of a line that is stored are as of a line of G-code, as all other ends are.
 
     Parameters
     ----------
@@ -78,13 +83,20 @@ class GCodeGate(wiring.Component):
         Bits of values, those of the words.
     settings : sequence of GCodeSetting
         Those of the store, $20 and $22 among them.
+    stores : bool
+        It has lines that are stored; otherwise they are refused with 3.
 
     Members
     -------
     words, passed : In(stream.Signature), Out(stream.Signature)
         Items of lines, see :func:`gcode_layout`.
-    answered : In(1)
-        A line that was passed is answered, for one clock.
+    answered, accepted : In(1), In(1)
+        A line that was passed is answered, for one clock, and that without an error.
+    slot, writing, keep : Out(2), Out(1), Out(1)
+        The text that a line brings, 1 to 3 for $N0, $N1 and $I, until it is answered, and 0 for
+        none; its characters come; it is to be kept, for one clock, that of the answer.
+    too_long : In(1)
+        It has too many characters.
     locked : In(1)
         Alarm, or sleep.
     jogging : In(1)
@@ -101,8 +113,9 @@ class GCodeGate(wiring.Component):
         Check mode: lines are to be checked, and nothing done.
     sleep, restart : Out(1)
         Sleep; reset. For one clock, that of the answer.
-    restoring : Out(1)
-        Settings or coordinates have become what they were at power-up, for one clock.
+    restoring, restoring_texts : Out(1), Out(1)
+        Settings or coordinates have become what they were at power-up, for one clock; the texts
+        are to.
     erase, erase_address : Out(1), Out(6)
         Make the word of an `Operand` 0.
     listing, list, all_listed : Out(1), Out(GCodeList), In(1)
@@ -129,7 +142,8 @@ class GCodeGate(wiring.Component):
         If ``width`` is out of range, or a setting is missing.
     """
 
-    def __init__(self, *, width: int = 44, settings: Sequence[GCodeSetting] = SETTINGS) -> None:
+    def __init__(self, *, width: int = 44, settings: Sequence[GCodeSetting] = SETTINGS,
+                 stores: bool = True) -> None:
         self.width = in_range("width", width, 8, 64)
         numbers = [each.number for each in settings]
         for number in 20, 22:
@@ -137,14 +151,17 @@ class GCodeGate(wiring.Component):
                 raise ValueError(f"there must be a setting ${number}")
         self.settings = tuple(settings)
         self.soft, self.homing = numbers.index(20), numbers.index(22)
+        self.commands = COMMANDS if stores else COMMANDS[:-len(STORES)]
         index = range(len(settings))
         super().__init__({
             "words": In(stream.Signature(gcode_layout(width))),
             "passed": Out(stream.Signature(gcode_layout(width))),
-            "answered": In(1), "locked": In(1), "jogging": In(1), "resting": In(1),
+            "answered": In(1), "accepted": In(1), "slot": Out(2), "writing": Out(1),
+            "keep": Out(1), "too_long": In(1), "locked": In(1), "jogging": In(1), "resting": In(1),
             "settling": In(1), "stopped": In(1), "unlock": Out(1), "checking": Out(1),
-            "sleep": Out(1), "restart": Out(1), "restoring": Out(1), "erase": Out(1),
-            "erase_address": Out(6), "listing": Out(1), "list": Out(GCodeList),
+            "sleep": Out(1), "restart": Out(1), "restoring": Out(1),
+            "restoring_texts": Out(1), "erase": Out(1), "erase_address": Out(6),
+            "listing": Out(1), "list": Out(GCodeList),
             "all_listed": In(1), "home": Out(1), "homed": In(1),
             "address": Out(index), "value": In(SETTING_BITS), "number": In(8), "decimal": In(1),
             "least": In(1), "most": In(SETTING_BITS), "initial": In(SETTING_BITS),
@@ -157,7 +174,8 @@ class GCodeGate(wiring.Component):
         m = Module()
         item, passed = self.words.p, self.passed.p
         ends, taken = Signal(), Signal()
-        line, known, jog = self._line(m, ends, taken)
+        stalls = Signal()  # a system line, until one that brings a text is answered
+        line, known, jog, stored = self._line(m, ends, taken, stalls)
         lists = Cat(known[each] for each in LISTS)
         restores_settings = known["RST=$"] | known["RST=*"]
         restores = restores_settings | known["RST=#"]
@@ -176,15 +194,22 @@ class GCodeGate(wiring.Component):
         done = Signal()  # it has its status
         waits = Signal()  # for that
         swallowed = Signal()
+        number = Signal(2)  # of the text that the line brings
+        stores = Signal.like(number)  # that of the line that is to be answered
         good = item.status == GCodeStatus.GOOD
         m.d.comb += [
             ends.eq(item.kind == GCodeKind.END),
-            swallowed.eq(item.system & ~ends & ~(jog & (item.kind == GCodeKind.WORD))),
+            swallowed.eq(item.system & ~ends & ~((jog | stored[:2].any())
+                                                 & (item.kind == GCodeKind.WORD))),
+            stalls.eq(item.system & ~ends & stores.any()),
+            self.writing.eq(stored.any()),
+            number.eq(Mux(stored[2], 3, stored)), self.slot.eq(stores | number),
+            self.keep.eq(self.answered & self.accepted & stores.any()),
             waits.eq(item.system & ends & good & ~done),
             taken.eq(self.words.valid & self.words.ready),
             passed.eq(item), passed.system.eq(item.system & jog),
-            self.passed.valid.eq(self.words.valid & ~swallowed & ~waits),
-            self.words.ready.eq((self.passed.ready | swallowed) & ~waits),
+            self.passed.valid.eq(self.words.valid & ~swallowed & ~waits & ~stalls),
+            self.words.ready.eq((self.passed.ready | swallowed) & ~waits & ~stalls),
             self.unlock.eq(taken & ends & done & known["X"] & (status == GCodeStatus.GOOD)),
         ]
         with m.If(ends & item.system & good):
@@ -193,11 +218,13 @@ class GCodeGate(wiring.Component):
                   & (self.locked | self.jogging) & (filled | ~good)):
             m.d.comb += passed.status.eq(GCodeStatus.LOCKED)
         with m.If(self.answered):
-            m.d.sync += open_.eq(0)
+            m.d.sync += [open_.eq(0), stores.eq(0)]
         with m.If(taken):
             m.d.sync += filled.eq(~ends)
             with m.If(ends):
                 m.d.sync += [done.eq(0), open_.eq(1)]
+                with m.If(self.writing & (passed.status == GCodeStatus.GOOD)):
+                    m.d.sync += stores.eq(self.slot)
 
         index = Signal(range(len(self.settings) + 1))  # of a setting; `address` follows it
         # What the line sets, then its quotient, which comes from below, and a digit behind the
@@ -257,6 +284,12 @@ class GCodeGate(wiring.Component):
                     with m.Elif(known[JOG]):
                         answer(Mux(self.jogging | (self.resting & ~self.locked),
                                    GCodeStatus.GOOD, GCodeStatus.NOT_IDLE))
+                    with m.Elif(stored.any()):
+                        answer(GCodeStatus.GOOD)
+                        with m.If(self.too_long):
+                            answer(GCodeStatus.TEXT_TOO_LONG)
+                        with m.If(~self.resting | (self.locked & stored[:2].any())):
+                            answer(GCodeStatus.NOT_IDLE)
                     with m.Elif(~(Cat(known.values()).any() | line.sets)):
                         answer(GCodeStatus.UNSUPPORTED)
                     with m.Elif(~(self.resting | (known["$"] & self.checking))
@@ -311,7 +344,7 @@ class GCodeGate(wiring.Component):
                 with m.If(count == Operand.POSITION - 1):
                     m.next = "RESTORED"
             with m.State("RESTORED"):
-                m.d.comb += self.restoring.eq(1)
+                m.d.comb += [self.restoring.eq(1), self.restoring_texts.eq(known["RST=*"])]
                 m.d.sync += restarts.eq(1)
                 answer(GCodeStatus.GOOD)
 
@@ -418,11 +451,12 @@ class GCodeGate(wiring.Component):
         m.d.comb += self.fault.eq(leave_unused_codes(m, fsm, fault="FAULT"))
         return m
 
-    def _line(self, m: Module, ends: Signal, taken: Signal
-              ) -> tuple[Signal, dict[str, Value], Value]:
+    def _line(self, m: Module, ends: Signal, taken: Signal, stalls: Signal
+              ) -> tuple[Signal, dict[str, Value], Value, Value]:
         """Read a system line: its number and its value, and which of `COMMANDS` it is.
 
-        That it is a jog is also returned at once, for words of it follow.
+        That it is a jog is also returned at once, for words of it follow; and so is which of
+        `STORES` it is.
         """
         item = self.words.p
         number = item.number
@@ -431,23 +465,28 @@ class GCodeGate(wiring.Component):
             "negative": 1, "overflow": 1, "integer": 1}))
         # How far a setting is: nothing, $, digits, =, a number; or something else
         place = Signal(3)
-        longest = max(map(len, COMMANDS))
+        longest = max(map(len, self.commands))
         length = Signal(range(longest + 3))  # characters, at most two more than of a command
-        agrees = Signal(len(COMMANDS))  # with all of them
-        matches = Signal(len(COMMANDS))  # a clock after its last character
-        now = [agrees[which] & (length == len(command) + 1)
-               for which, command in enumerate(COMMANDS)]
-        m.d.sync += matches.eq(Cat(now))
+        agrees = Signal(len(self.commands))  # with all of them
+        matches = Signal(len(self.commands))  # a clock after its last character
+        now = {command: agrees[which] & (length == len(command) + 1)
+               for which, command in enumerate(self.commands)}
+        stored = Signal(len(STORES))
+        m.d.comb += stored.eq(Cat(now.get(command, 0) for command in STORES))
+        m.d.sync += matches.eq(Cat(now.values()))
         character = item.character
         digit = (character >= ord("0")) & (character <= ord("9"))
         numeric = digit | Cat(character == ord(each) for each in "+-.").any()
         with m.If(taken & ends):
             m.d.sync += [place.eq(0), line.sets.eq(0), length.eq(0)]
-        with m.If(self.words.valid & item.system & ~ends):  # such an item is always taken
-            with m.If(item.kind == GCodeKind.CHARACTER):
+        # Such an item is taken, or a word that waits, which is none of those below.
+        with m.If(self.words.valid & item.system & ~ends & ~stalls):
+            with m.If(stored.any()):
+                pass  # what follows is no part of a command
+            with m.Elif(item.kind == GCodeKind.CHARACTER):
                 m.d.sync += [place.eq(5), line.sets.eq(0),
                              length.eq(Mux(length == longest + 2, length, length + 1))]
-                for which, command in enumerate(COMMANDS):
+                for which, command in enumerate(self.commands):
                     same = Signal(name=f"same_{which}")
                     with m.Switch(length):
                         with m.Case(0):
@@ -479,4 +518,4 @@ class GCodeGate(wiring.Component):
                     line.overflow.eq(number.overflow | number.whole.all()),
                     line.integer.eq(number.integer),
                 ]
-        return line, dict(zip(COMMANDS, matches, strict=True)), now[COMMANDS.index(JOG)]
+        return line, dict(zip(self.commands, matches, strict=True)), now[JOG], stored

@@ -47,8 +47,12 @@ class GCodeText(enum.Enum, shape=unsigned(5)):
     PROBED = 13
     WHOLE_SETTING = 14
     DECIMAL_SETTING = 15
-    LAST_PROBED = 16
-    PROBE_MOTION = 17
+    RAN_FIRST = 16  # a startup line, and that it was accepted; those below are in this order
+    REFUSED_FIRST = 17
+    RAN_SECOND = 18
+    REFUSED_SECOND = 19
+    LAST_PROBED = 20
+    PROBE_MOTION = 21
 
 
 LISTED = data.StructLayout({"text": GCodeText, "ends": 1, "code": 8, "value": signed(LISTED_BITS)})

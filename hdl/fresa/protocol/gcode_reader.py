@@ -1,6 +1,6 @@
 """Lines of G-code to words."""
 
-from amaranth import Module, Mux, Signal, unsigned
+from amaranth import Cat, Module, Mux, Signal, unsigned
 from amaranth.lib import data, enum, stream, wiring
 from amaranth.lib.wiring import In, Out
 
@@ -41,6 +41,7 @@ class GCodeStatus(enum.Enum, shape=unsigned(6)):
     NEEDS_HOMING = 10  # soft limits without homing
     DAMAGED = 11  # bytes were lost or damaged; GRBL's error of a line that is too long
     TOO_FAST = 12  # the drivers cannot make the highest speed
+    TEXT_TOO_LONG = 14  # what is to be stored has too many characters
     TOO_LARGE = 38  # a setting that is too high
 
 
@@ -74,7 +75,7 @@ class GCodeReader(wiring.Component):
     A line that begins with ``$`` is for a system command: each of its characters is an item, and
     none is an error. A number that follows a character which is no part of a number is, when it has
     ended, an item as well, a WORD of that character: ``$100=2.5`` has the words $ 100 and = 2.5.
-    Behind ``$J=`` the line is read as words, with their errors.
+    Behind ``$J=``, ``$N0=`` and ``$N1=`` the line is read as words, with their errors.
 
     A byte takes three clocks. A word is offered four clocks after the byte that ends it was taken,
     and a clock later for each decimal that its number lacks and for a minus sign; that byte is read
@@ -92,6 +93,9 @@ class GCodeReader(wiring.Component):
         Lines.
     words : Out(stream.Signature)
         What they say, see :func:`gcode_layout`.
+    seen, character : Out(1), Out(8)
+        A character that is neither skipped nor in a comment is read, in upper case, in this clock:
+        when the items of those before it have been taken.
 
     Raises
     ------
@@ -104,6 +108,7 @@ class GCodeReader(wiring.Component):
         super().__init__({
             "items": In(stream.Signature(LineItem)),
             "words": Out(stream.Signature(gcode_layout(width))),
+            "seen": Out(1), "character": Out(8),
         })
 
     def elaborate(self, platform) -> Module:
@@ -140,6 +145,7 @@ class GCodeReader(wiring.Component):
             number.decimal.eq(point),
             number.finish.eq(finishing), number.clear.eq(begins),
             out.number.eq(number.number),
+            self.seen.eq(taken & visible), self.character.eq(char.byte),
         ]
         with m.If(taken & visible & numeric):
             m.d.sync += [begun.eq(1), point.eq(point | char.point), digits.eq(digits | char.digit)]
@@ -198,10 +204,11 @@ class GCodeReader(wiring.Component):
         """Judge the characters of a line, and offer its items other than words."""
         out, byte = self.words.p, char.byte
         line_begun = Signal()  # it has a character
-        place = Signal(2)  # characters of $J= that it begins with, as long as it may
+        # How far it is of $J=, $N0= or $N1=: nothing, $, all but the =, $N, all of it
+        place = Signal(3)
         raw = Signal()
         bad = out.status != GCodeStatus.GOOD
-        m.d.comb += raw.eq(Mux(line_begun, out.system & (place != 3), char.dollar))
+        m.d.comb += raw.eq(Mux(line_begun, out.system & (place != 4), char.dollar))
 
         with m.If(self.words.valid & self.words.ready):
             m.d.sync += self.words.valid.eq(0)
@@ -219,9 +226,12 @@ class GCodeReader(wiring.Component):
         with m.Elif(taken & visible & raw):
             m.d.sync += [passing.eq(1), out.kind.eq(GCodeKind.CHARACTER), out.character.eq(byte),
                          out.system.eq(1), line_begun.eq(1), place.eq(0), expects.eq(numeric)]
-            for at, expected in enumerate(b"$J="):
-                with m.If((place == at) & (line_begun == (at > 0)) & (byte == expected)):
-                    m.d.sync += place.eq(at + 1)
+            with m.If(~line_begun):
+                m.d.sync += place.eq(1)
+            for at, expected, following in (
+                    (1, b"J", 2), (1, b"N", 3), (3, b"01", 2), (2, b"=", 4)):
+                with m.If((place == at) & Cat(byte == each for each in expected).any()):
+                    m.d.sync += place.eq(following)
             # Behind the whole prefix comes a letter, not a number.
             m.d.sync += begins.eq(~numeric & ~((place == 2) & (byte == ord("="))))
         with m.Elif(taken & visible & ~bad & ~numeric):

@@ -13,6 +13,7 @@ from ..fsm import leave_unused_codes
 from .decimal_writer import DecimalWriter
 from .gcode_lister import LISTED, GCodeText
 from .gcode_settings import SETTING_BITS
+from .line import LineItem
 from .text import TextSource
 
 __all__ = ["GCodeMessage", "GCodeReporter", "GCodeState", "ReportNumber"]
@@ -75,15 +76,18 @@ NOTICES = {
     GCodeMessage.RESTORING: b"Restoring defaults",
 }
 
-# In texts a byte 10xxxxxx stands for a number, with a point where bit 3 is set, but not all of the
-# lowest four; and 11xxxxxx for a letter, without the highest bit, that is sent if the next of the
-# pins is on.
+# In texts a byte 1000xxxx stands for a number, with a point where bit 3 is set, but not all of the
+# lowest four; 100100xx for a stored text; and 11xxxxxx for a letter, without the highest bit, that
+# is sent if the next of the pins is on.
 CODE, BLOCKS, BYTES, WHOLE, DECIMAL = 0x80, 0x81, 0x82, 0x85, 0x8B
 SHOWN = tuple(0x80 | number for number in ReportNumber)
 """Marks of the numbers that are read."""
 
 OVERRIDES = 0x86, 0x87, 0x8F
 """Marks of percentages, of which none has a point."""
+
+STORED = 0x90
+"""Mark of a stored text, with its number in the lowest two bits."""
 
 FEED, SPEED, *PLACES = SHOWN
 POSITION, ORIGIN = tuple(PLACES[:3]), tuple(PLACES[3:])
@@ -158,6 +162,8 @@ class GCodeReporter(wiring.Component):
         Blocks that it has room for, for ``$I``.
     receive : int
         Bytes that it has room for, for ``$I``.
+    stores : bool
+        It has stored texts: two startup lines, and one of the user.
     notes : sequence of str
         What else ``$I`` says, each in a message of its own: printable ASCII without brackets.
     position_bits : int
@@ -198,6 +204,8 @@ class GCodeReporter(wiring.Component):
         Room in the queue of blocks and in the buffer of bytes.
     pins : In(8)
         Pins that are on: X, Y and Z limits, probe, door, hold, reset, start.
+    stored, stored_wanted, stored_text : Out(2), Out(1), In(stream.Signature(LineItem))
+        The stored text of a number, wanted until its end has come.
     bytes : Out(stream.Signature(8))
         The bytes of all lines.
     fault : Out(1)
@@ -210,17 +218,19 @@ class GCodeReporter(wiring.Component):
     """
 
     def __init__(self, *, dialect: str = "grbl", options: str = "V", blocks: int = 63,
-                 receive: int = 128, notes: Sequence[str] = (), position_bits: int = 27) -> None:
+                 receive: int = 128, stores: bool = True, notes: Sequence[str] = (),
+                 position_bits: int = 27) -> None:
         if dialect not in GREETINGS:
             raise ValueError(f"dialect must be {' or '.join(GREETINGS)}, not {dialect!r}")
         in_range("position_bits", position_bits, 12, 32)
         for note in notes:
             if not (note.isascii() and note.isprintable()) or "[" in note or "]" in note:
                 raise ValueError(f"a note is printable ASCII without brackets, not {note!r}")
-        build = "".join(f"[{line}]\r\n" for line in (
-            "VER:1.1h.20190830:", f"OPT:{options},{blocks},{receive}",
-            *(f"MSG:{note}" for note in notes)))
-        self.texts = TextSource(_texts(GREETINGS[dialect], build.encode()), slot=32)
+        stored = [bytes([STORED + number]) if stores else b"" for number in range(4)]
+        build = b"".join(b"[%b]\r\n" % line for line in (
+            b"VER:1.1h.20190830:" + stored[3], f"OPT:{options},{blocks},{receive}".encode(),
+            *(f"MSG:{note}".encode() for note in notes)))
+        self.texts = TextSource(_texts(GREETINGS[dialect], build, stored), slot=32)
         self._writer = DecimalWriter(width=max(position_bits, SETTING_BITS + 1), is_signed=True,
                                      decimals=3)
         super().__init__({
@@ -233,6 +243,8 @@ class GCodeReporter(wiring.Component):
             "number_address": Out(4), "number_read": Out(1), "number": In(signed(position_bits)),
             "origin_changed": In(1), "overridden": In(1), "overrides": In(8).array(3),
             "accessories": In(4), "free_blocks": In(8), "free_bytes": In(8), "pins": In(8),
+            "stored": Out(2), "stored_wanted": Out(1),
+            "stored_text": In(stream.Signature(LineItem)),
             "bytes": Out(stream.Signature(8)),
             "fault": Out(1),
         })
@@ -282,10 +294,11 @@ class GCodeReporter(wiring.Component):
         m.d.sync += source.eq(look_up([codes.get(mark, 0) for mark in range(16)],
                                       item[:4], len(source)))
 
-        is_pin, is_sent = Signal(), Signal()
+        is_pin, is_sent, is_stored = Signal(), Signal(), Signal()
         m.d.comb += [
-            is_pin.eq(item[6:8] == 0b11),
+            is_pin.eq(item[6:8] == 0b11), is_stored.eq(item[4:8] == STORED >> 4),
             is_sent.eq((item[7] == 0) | (is_pin & pins[0])),
+            self.stored.eq(item), self.stored_wanted.eq(full & is_stored),
             texts.numbers.payload.eq(text),
             writer.numbers.payload.eq(choose(
                 [self.number, value, code, self.free_blocks, self.free_bytes, *self.overrides],
@@ -293,7 +306,8 @@ class GCodeReporter(wiring.Component):
             writer.pointed.eq(item[3] & ~item[:3].all()),
             writer.bytes.ready.eq(self.bytes.ready),
             self.bytes.valid.eq(writer.bytes.valid),
-            self.bytes.payload.eq(Mux(writer.numbers.ready, item[:7], writer.bytes.payload)),
+            self.bytes.payload.eq(Mux(writer.numbers.ready, Mux(
+                is_stored, self.stored_text.p.byte, item[:7]), writer.bytes.payload)),
         ]
 
         # What is taken: chosen a clock before, so that no source waits for all the others.
@@ -386,6 +400,14 @@ class GCodeReporter(wiring.Component):
                         writer.numbers.valid.eq(item[7] & ~is_pin),
                         done.eq(~is_sent | self.bytes.ready),
                     ]
+                    with m.If(is_stored):
+                        ends = self.stored_text.p.end
+                        m.d.comb += [
+                            writer.numbers.valid.eq(0),
+                            self.bytes.valid.eq(self.stored_text.valid & ~ends),
+                            self.stored_text.ready.eq(self.bytes.ready | ends),
+                            done.eq(self.stored_text.valid & ends),
+                        ]
                     with m.If(done & is_pin):
                         m.d.sync += pins.eq(pins >> 1)
                 with m.Elif(~full & texts.numbers.ready & writer.numbers.ready):
@@ -433,8 +455,8 @@ class GCodeReporter(wiring.Component):
         return has_origin, has_overrides
 
 
-def _texts(greeting: bytes, build: bytes) -> list[bytes]:
-    """Return all texts by their numbers."""
+def _texts(greeting: bytes, build: bytes, stored: Sequence[bytes]) -> list[bytes]:
+    """Return all texts by their numbers, with the marks of the stored ones."""
     messages = {GCodeMessage.GREETING: greeting,
                 **{message: b"[MSG:%b]" % notice for message, notice in NOTICES.items()}}
     states = {state: b"<" + state.name.capitalize().encode() for state in GCodeState}
@@ -446,17 +468,21 @@ def _texts(greeting: bytes, build: bytes) -> list[bytes]:
             (MESSAGES, [messages[each] + end for each in GCodeMessage]), (FIRST_FIELD, FIELDS),
             (STATES, [states[state] for state in GCodeState]),
             (OK, [b"ok" + end, b"error:%c" % CODE + end, b"ALARM:%c" % CODE + end, end]),
-            (LISTS, [_lists(build)[text] for text in GCodeText])):
+            (LISTS, [_lists(build, stored)[text] for text in GCodeText])):
         texts += [*[end] * (first - len(texts)), *others]  # numbers between have any
     return texts
 
 
-def _lists(build: bytes) -> dict[GCodeText, bytes]:
+def _lists(build: bytes, stored: Sequence[bytes]) -> dict[GCodeText, bytes]:
     """Return what parts of lists say."""
     return {
         GCodeText.HELP: b"[HLP:$$ $# $G $I $N $x=val $J=line $SLP $C $X $H $RST= ~ ! ? ctrl-x]\r\n",
         GCodeText.BUILD: build,
-        GCodeText.STARTUP: b"$N0=\r\n$N1=\r\n",
+        GCodeText.STARTUP: b"$N0=%b\r\n$N1=%b\r\n" % (stored[1], stored[2]),
+        GCodeText.RAN_FIRST: b">%b:ok\r\n" % stored[1],
+        GCodeText.REFUSED_FIRST: b">%b:error:%c\r\n" % (stored[1], CODE),
+        GCodeText.RAN_SECOND: b">%b:ok\r\n" % stored[2],
+        GCodeText.REFUSED_SECOND: b">%b:error:%c\r\n" % (stored[2], CODE),
         GCodeText.MOTION: b"[GC:G%c" % WHOLE, GCodeText.G: b" G%c" % WHOLE,
         GCodeText.M: b" M%c" % WHOLE, GCodeText.TOOL: b" T%c" % WHOLE,
         GCodeText.FEED: b" F%c" % WHOLE, GCodeText.SPEED: b" S%c]\r\n" % WHOLE,

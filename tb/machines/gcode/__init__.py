@@ -60,8 +60,11 @@ def _others(text: str) -> tuple[tuple[int, Fraction], ...]:
     return tuple(found.items())
 
 
-def _program(name: str, dialect: str, *, probing: bool) -> bytes:
-    """Return the program in a file, without comments, after the model of the language took it."""
+def _program(name: str, dialect: str, *, startup: Sequence[str], probing: bool) -> bytes:
+    """Return the program in a file, without comments, after the model of the language took it.
+
+    Startup lines have come before.
+    """
     if not name:
         return b""
     try:
@@ -69,6 +72,8 @@ def _program(name: str, dialect: str, *, probing: bool) -> bytes:
     except OSError as error:
         raise ValueError(f"--program {name} cannot be read: {error.strerror}") from error
     language, lines = Interpreter(probing=probing and dialect == "grbl"), []
+    for line in startup:
+        language.line(words(line))
     for number, line in enumerate(text.splitlines(), 1):
         kept = re.sub(r"\([^)]*(?:\)|$)|;.*", "", line).strip(" \t")
         if kept in ("", "%"):
@@ -88,17 +93,33 @@ def _program(name: str, dialect: str, *, probing: bool) -> bytes:
     return data
 
 
+def _startup(lines: Sequence[str], dialect: str, *, probing: bool) -> tuple[str, ...]:
+    """Return startup lines as the machine would keep them, if it would take them."""
+    kept = []
+    for line in lines:
+        kept.append(re.sub(r"\([^)]*(?:\)|$)|;.*|[ \t]", "", line).upper())
+        try:
+            Interpreter(probing=probing).line(words(kept[-1], dialect))
+        except RefusedLine as refused:
+            raise ValueError(f"--startup: the machine would refuse {line!r} with "
+                             f"error:{refused.args[0]}") from refused
+    return tuple(kept) if any(kept) else ()
+
+
 def _real(clock: int, *, steps: Sequence[str], rate: Sequence[str], acceleration: Sequence[str],
           deviation: str, settings: str, program: str, kinematics: str,
-          second_motor: str | None, dialect: str, probing: str | None, **values: int):
+          second_motor: str | None, dialect: str, probing: str | None, startup: Sequence[str],
+          startup_lines: str | None, **values: int):
     each = {name: tuple(_number(f"--{name}", text) for text in texts)
             for name, texts in (("steps", steps), ("rate", rate), ("acceleration", acceleration))}
+    probes = probing != "no"
+    first = _startup(startup, dialect, probing=probes)
     return {"settings": GCodeSettings(
         clock=clock, steps_per_mm=each["steps"], max_rate=each["rate"],
         acceleration=each["acceleration"], deviation=_number("--deviation", deviation),
         others=_others(settings), kinematics=kinematics, second_motor=second_motor,
-        program=_program(program, dialect, probing=probing != "no"), dialect=dialect,
-        probing=probing != "no", **values)}
+        program=_program(program, dialect, startup=first, probing=probes), dialect=dialect,
+        probing=probes, startup=first, startup_lines=startup_lines != "no", **values)}
 
 
 def _inverted(**options: Any):
@@ -109,7 +130,7 @@ def _figures(clock: int, made: Options, **values: Any):
     settings: GCodeSettings = made["settings"]
     fastest = max(float(rate * steps) / 60 for rate, steps in zip(
         settings.max_rate, settings.steps_per_mm, strict=True))
-    return {**values, "clock": clock, "probing": settings.probes,
+    return {**values, "clock": clock, "probing": settings.probes, "startup_lines": settings.stores,
             "most_steps_per_s": round(fastest)}, (
         f"clock {clock / 1e6:g} MHz; {settings.line_baud} baud; up to {fastest:.0f} steps/s; "
         f"{settings.depth} blocks of look-ahead")
@@ -120,7 +141,7 @@ def _second_switch(*, second_motor: str | None, **options: Any):
 
 
 SMALL = ("nexys2-500",)
-"""Boards whose FPGA holds it only without probing."""
+"""Boards whose FPGA holds it only without probing and startup lines."""
 
 OPTIONS = (
     Option("dialect", "what its lines are: those of GRBL 1.1, or those of the thesis' firmware, "
@@ -148,6 +169,11 @@ OPTIONS = (
            "one, which homing squares (default: none)", None, choices=AXIS_NAMES, serve=True),
     Option("probing", "G38.2 to G38.5; without them it is smaller (default: yes, but "
            f"no on {' and '.join(SMALL)})", None, choices=("yes", "no"), serve=True),
+    Option("startup", "lines that are run at every start until $N0= and $N1= change them, such as "
+           "'G21 G90' '' (default: none)", ("", ""), metavar=("LINE", "LINE"), serve=True),
+    Option("startup_lines", "$N0= and $N1=, and the text of $I=; without them it is smaller "
+           f"(default: yes, but no on {' and '.join(SMALL)})", None, choices=("yes", "no"),
+           serve=True),
     Option("program", "a file of G-code that goes into the bitstream, for the start button to run "
            "(default: none)", "", metavar="FILE", serve=True),
     *(Option(name, f"least time for which {says} (default: %(default)s)", time, least=1,
@@ -201,7 +227,7 @@ MACHINE = Machine(
     without=dict.fromkeys(("netlist", "netlist-icarus"),
                           "it takes block RAMs, of which Yosys has no model"),
     options=OPTIONS, real=_real, inverted=_inverted, figures=_figures,
-    on_boards=dict.fromkeys(SMALL, {"probing": "no"}),
+    on_boards=dict.fromkeys(SMALL, {"probing": "no", "startup_lines": "no"}),
     serve=Serve("three axes; G-code such as  G1 X10 F300  and Return,  ?  for the state",
                 switches=lambda **options: ("X-", "Y-", "Z-"), further_switches=_second_switch,
                 contacts=("stop", "door", "hold", "start", "abort", "probe", "motor_fault")),

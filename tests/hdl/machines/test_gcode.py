@@ -415,7 +415,7 @@ def test_lists_say_what_the_machine_has(session):
         "G54", "G55", "G56", "G57", "G58", "G59", "G28", "G30", "G92", "TLO", "PRB"]
     assert _listed(session, "$I\n$N\n") == [
         "[VER:1.1h.20190830:]", "[OPT:V,63,128]",
-        "[MSG:Settings and coordinates last until power-off]", "[MSG:Without startup lines]", "ok",
+        "[MSG:Settings and coordinates last until power-off]", "ok",
         "$N0=", "$N1=", "ok"]
     assert session.send("$\n")[0].startswith("[HLP:$$ $# $G $I $N ")
     assert "|Bf:63,128|" in session.send("?", wait=False)[0]

