@@ -26,16 +26,18 @@ def describe(c: Contract, dut: FixedPoint) -> None:
 
     # What is added is added a clock later, as in the component: so induction sees equal terms.
     places = c.keep(range(dut.decimals + 2), name="places")
+    c.assume(complete | ~((places != 0) | was_finish) | (dut.short == c.past(dut.short)))
     hundredths = c.keep(7, name="two_decimals")
     rest, fraction = c.keep(1, name="not_exact"), c.keep(1, name="not_integer")
     minus = c.keep(1, name="is_minus")
     grows, rounds = c.keep(1, name="grows"), c.keep(1, name="rounds")
     digit, first = c.keep(4, name="digit"), c.keep(1, name="first_decimal")
-    lacks = places < dut.decimals
+    most = Mux(dut.short, dut.decimals // 2, dut.decimals)
+    lacks = places < most
     decimal = dut.take & dut.decimal
     c.m.d.sync += [
         grows.eq(~c.rst & ((dut.take & (~dut.decimal | lacks)) | (dut.finish & lacks))),
-        rounds.eq(~c.rst & decimal & (places == dut.decimals) & (dut.digit >= 5)),
+        rounds.eq(~c.rst & decimal & (places == most) & (dut.digit >= 5)),
         digit.eq(Mux(dut.take, dut.digit, 0)),
         first.eq(~c.rst & (places == 0) & (decimal | dut.finish)),
     ]
@@ -50,7 +52,7 @@ def describe(c: Contract, dut: FixedPoint) -> None:
                        complete.eq(complete | dut.done)]
         with c.m.If(dut.finish):
             c.m.d.sync += minus.eq(dut.negative)
-        with c.m.If((decimal & (places <= dut.decimals)) | (dut.finish & lacks)):
+        with c.m.If((decimal & (places <= most)) | (dut.finish & lacks)):
             c.m.d.sync += places.eq(places + 1)
         with c.m.If(decimal):
             c.m.d.sync += [
@@ -97,7 +99,7 @@ def describe(c: Contract, dut: FixedPoint) -> None:
                 & (~counts | (c.signal("step") == Mux(rounds, 1, digit)))
                 & (~rounds | ~grows) & (~turns | (adds & turned & ~c.signal("grows")
                                                   & (c.signal("step") == 1)))
-                & (~turned | (minus & ~lacks & ~counts)), cover=turns)
+                & (~turned | (minus & (complete | ~lacks) & ~counts)), cover=turns)
     c.invariant("whole-held", "The whole part is kept with the first decimal.",
                 (places == 0) | first | (number.whole == Mux(many, WHOLE, whole)), cover=first)
     c.invariant("registers", "Decimals are counted, and what is behind the second is noted.",
@@ -106,7 +108,7 @@ def describe(c: Contract, dut: FixedPoint) -> None:
                 & (~first | ((places == 1) & counts & c.signal("first")))
                 & (~(counts & c.signal("first")) | first)
                 & (~turned | complete | was_finish)
-                & (~complete | (~adds & ~lacks & (turned == minus))), cover=turned)
+                & (~complete | (~adds & (turned == minus))), cover=turned)
 
 
 FIXED_POINT = Component(

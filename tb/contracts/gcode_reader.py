@@ -167,6 +167,9 @@ def describe(c: Contract, dut: GCodeReader) -> None:
     c.invariant("number-ends", "It ends with what is no part of it, and with a digit at least.",
                 (finishing == finishes) & (number.finish == finishing)
                 & (~finishing | (complete & held & ends & ~offered)), cover=finishing)
+    c.invariant("decimals-counted", "Decimals are those of a number that has not ended.",
+                (so_far == DECIMALS) | finishing | (c.kept["number:places"] == 0)
+                | c.kept["number:is_complete"], cover=so_far == DECIMALS, lemma=True)
     c.implication("sign-and-point", "Its point and its sign are those of the line.",
                   when=(so_far != NONE) & ~clears,
                   then=(number.decimal == ((so_far == POINT) | (so_far == DECIMALS)))

@@ -186,9 +186,10 @@ class GCodeReaderModel:
             self.looked = False
             assert self.letter is not None
             fraction = len(self.text.partition(".")[2])
-            self.delay = 1 + max(0, self.decimals - fraction) + self.text.startswith("-")
+            decimals = self.decimals // 2 if self.raw else self.decimals
+            self.delay = 1 + max(0, decimals - fraction) + self.text.startswith("-")
             self.next = Item("WORD", self.system, self.letter, number=number(
-                self.text, width=self.width, decimals=self.decimals))
+                self.text, width=self.width, decimals=decimals))
             self.letter, self.text = None, ""
         elif held is not None:
             self.held, self.looked = None, False

@@ -20,7 +20,7 @@ def fixed_point_layout(width: int) -> data.StructLayout:
     ==========  ==================================================================
     member      is
     ==========  ==================================================================
-    value       the number, in units of the last decimal; undefined with `overflow`
+    value       the number, in units of its last decimal; undefined with `overflow`
     overflow    it does not fit
     whole       whole part without its sign; all ones if it is that or more
     hundredths  first two decimals, from 0 to 99
@@ -45,6 +45,8 @@ class FixedPoint(wiring.Component):
     but ``exact`` and ``integer``. To ``finish``, decimals that the number lacks are added, one a
     clock, and a clock later a negative number changes its sign.
 
+    With ``short`` a value has half as many decimals.
+
     One adder does all of it, a clock after its operation is chosen: ten times the value and a
     digit, the value and 1, or its negative.
 
@@ -65,6 +67,8 @@ class FixedPoint(wiring.Component):
         From 0 to 9.
     decimal : In(1)
         It stands behind the point; stays 1 until ``clear``.
+    short : In(1)
+        The value has ``decimals // 2`` decimals; constant from the first digit to the end.
     negative : In(1)
         There is a minus sign; is constant while ``finish`` is 1.
     finish : In(1)
@@ -83,8 +87,9 @@ class FixedPoint(wiring.Component):
     def __init__(self, *, width: int = 44, decimals: int = 6) -> None:
         self.width, self.decimals = fixed_point_format(width, decimals)
         super().__init__({
-            "clear": In(1), "take": In(1), "digit": In(4), "decimal": In(1), "negative": In(1),
-            "finish": In(1), "done": Out(1), "number": Out(fixed_point_layout(width)),
+            "clear": In(1), "take": In(1), "digit": In(4), "decimal": In(1), "short": In(1),
+            "negative": In(1), "finish": In(1), "done": Out(1),
+            "number": Out(fixed_point_layout(width)),
         })
 
     def elaborate(self, platform) -> Module:
@@ -103,7 +108,10 @@ class FixedPoint(wiring.Component):
         ]
 
         places = Signal(range(self.decimals + 2))  # decimals so far, and one that rounds
-        lacks = places < self.decimals
+        short = self.decimals // 2
+        lacks, rounds = Signal(), Signal()  # a decimal; the next one rounds
+        m.d.comb += [lacks.eq(Mux(self.short, places < short, places < self.decimals)),
+                     rounds.eq(Mux(self.short, places == short, places == self.decimals))]
         turned = Signal()  # a negative value has its sign
         adds = Signal()  # an operation is chosen
         grows = Signal()  # of ten times the value
@@ -126,7 +134,7 @@ class FixedPoint(wiring.Component):
                          rest.eq(rest | ((self.digit != 0) & (places >= 2)))]
             with m.If(lacks):
                 m.d.sync += [adds.eq(1), places.eq(places + 1)]
-            with m.Elif(places == self.decimals):
+            with m.Elif(rounds):
                 m.d.sync += [adds.eq(self.digit >= 5), step.eq(1), places.eq(places + 1)]
             with m.If(places == 0):
                 m.d.sync += hundredths.eq((self.digit << 3) + (self.digit << 1))

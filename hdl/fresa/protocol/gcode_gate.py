@@ -2,13 +2,13 @@
 
 from collections.abc import Sequence
 
-from amaranth import Cat, Module, Mux, Signal, Value, signed
+from amaranth import Cat, Module, Mux, Signal, Value
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from ..checks import in_range
-from ..choice import choice_code, choose
 from ..fsm import leave_unused_codes
+from .fixed_point import WHOLE
 from .gcode_coordinates import Operand
 from .gcode_lister import LISTED, GCodeList, GCodeText
 from .gcode_reader import GCodeKind, GCodeStatus, gcode_layout
@@ -28,11 +28,6 @@ STORES = ("N0=", "N1=", "I=")
 
 COMMANDS = ("X", "H", "$", "C", "SLP", "RST=$", "RST=#", "RST=*", JOG, *LISTS, *STORES)
 """System lines that are a text of their own, behind their ``$``, or begin so."""
-
-THOUSANDTH = 1000
-"""Units of a value in a thousandth: values have six decimals."""
-
-DOUBLE, VALUE = choice_code(0), choice_code(1)
 
 
 class GCodeGate(wiring.Component):
@@ -227,24 +222,13 @@ class GCodeGate(wiring.Component):
                     m.d.sync += stores.eq(self.slot)
 
         index = Signal(range(len(self.settings) + 1))  # of a setting; `address` follows it
-        # What the line sets, then its quotient, which comes from below, and a digit behind the
-        # point, which rounds. One adder takes it, doubles it and adds 1: chosen a clock before.
-        value = Signal(self.width - 1)
-        added = Signal(2)
-        addend = Signal.like(value)
-        adds_whole, rounds = Signal(), Signal()
-        divides = Signal()
-        remainder = Signal(range(2 * THOUSANDTH))
-        count = Signal(range(max(self.width, Operand.POSITION + 1)))
+        count = Signal(range(Operand.POSITION + 1))
         changed = Signal(SETTING_BITS)
-        left = Signal(range(2 * THOUSANDTH))
-        rest = Signal(signed(len(left) + 1))  # what is left without a thousandth
-        fits = Signal()
         is_it = Signal()  # the setting of the number that the line has
         zero = Signal()  # the value of the clock before was 0
         above, below = Signal(), Signal()  # its limits
-        m.d.sync += [zero.eq(self.value == 0), above.eq(value[1:] > self.most),
-                     below.eq(value[1:] < self.least), self.address.eq(index)]
+        m.d.sync += [zero.eq(self.value == 0), above.eq(changed > self.most),
+                     below.eq(changed < self.least), self.address.eq(index)]
         m.d.comb += [
             self.write_address.eq(index), self.data.eq(changed),
             self.erase_address.eq(count),
@@ -252,14 +236,7 @@ class GCodeGate(wiring.Component):
             self.listed.p.text.eq(Mux(self.decimal, GCodeText.DECIMAL_SETTING,
                                       GCodeText.WHOLE_SETTING)),
             self.listed.p.ends.eq(1),
-            left.eq(Cat(value[-1], remainder)), rest.eq(left - THOUSANDTH), fits.eq(rest >= 0),
-            addend.eq(choose([value, line.value], added, len(value))
-                      | Mux(adds_whole, line.whole << 1, 0)),
         ]
-        m.d.sync += [added.eq(0), adds_whole.eq(0), rounds.eq(0), remainder.eq(0),
-                     value.eq(value + addend + rounds)]
-        with m.If(divides):
-            m.d.sync += [value[0].eq(fits), remainder.eq(Mux(fits, rest, left))]
 
         def answer(code: GCodeStatus) -> None:
             m.d.sync += [status.eq(code), done.eq(1)]
@@ -373,8 +350,8 @@ class GCodeGate(wiring.Component):
                 with m.If(known["$"]):
                     m.next = "LIST"
             with m.State("MATCH"):
-                m.d.sync += [is_it.eq(line.number == self.number), adds_whole.eq(~self.decimal),
-                             added.eq(Mux(self.decimal, VALUE, 0))]
+                m.d.sync += [is_it.eq(line.number == self.number),
+                             changed.eq(Mux(self.decimal, line.value, line.whole))]
                 m.next = "FOUND"
             with m.State("LIST"):
                 m.d.comb += self.listed.valid.eq(1)
@@ -382,7 +359,7 @@ class GCodeGate(wiring.Component):
                     m.d.sync += index.eq(index + 1)
                     m.next = "READ"
             with m.State("FOUND"):
-                m.d.sync += count.eq(self.width - 1)
+                m.next = "COMPARE_LIMITS"
                 with m.If(~is_it):
                     m.d.sync += index.eq(index + 1)
                     m.next = "READ"
@@ -390,23 +367,10 @@ class GCodeGate(wiring.Component):
                     answer(GCodeStatus.NEGATIVE)
                 with m.Elif(line.overflow | ~(self.decimal | line.integer)):
                     answer(GCodeStatus.TOO_LARGE)
-                with m.Elif(self.decimal):
-                    m.d.sync += added.eq(DOUBLE)
-                    m.next = "DIVIDE"
-                with m.Else():
-                    m.next = "COMPARE_LIMITS"
-            with m.State("DIVIDE"):
-                m.d.comb += divides.eq(1)
-                m.d.sync += [count.eq(count - 1), added.eq(DOUBLE)]
-                with m.If(count == 0):
-                    m.d.sync += [added.eq(0), rounds.eq(1)]
-                    m.next = "ROUND"
-            with m.State("ROUND"):  # by the last digit, which is the first behind the point
-                m.next = "COMPARE_LIMITS"
             with m.State("COMPARE_LIMITS"):
                 m.next = "CHECK"
             with m.State("CHECK"):
-                m.d.sync += [changed.eq(value[1:]), self.address.eq(self.homing)]
+                m.d.sync += self.address.eq(self.homing)
                 m.next = "NEEDS"
                 with m.If(above):
                     answer(GCodeStatus.TOO_LARGE)
@@ -445,8 +409,6 @@ class GCodeGate(wiring.Component):
 
             with m.State("FAULT"):
                 pass
-        with m.If(fsm.ongoing("MATCH")):
-            m.d.sync += value.eq(0)
         m.d.sync += self.trial.eq(fsm.ongoing("CONFIGURE"))  # long before the first is read
         m.d.comb += self.fault.eq(leave_unused_codes(m, fsm, fault="FAULT"))
         return m
@@ -461,7 +423,7 @@ class GCodeGate(wiring.Component):
         item = self.words.p
         number = item.number
         line = Signal(data.StructLayout({
-            "sets": 1, "number": 8, "value": self.width - 1, "whole": SETTING_BITS,
+            "sets": 1, "number": 8, "value": SETTING_BITS, "whole": WHOLE,
             "negative": 1, "overflow": 1, "integer": 1}))
         # How far a setting is: nothing, $, digits, =, a number; or something else
         place = Signal(3)
@@ -515,7 +477,8 @@ class GCodeGate(wiring.Component):
                 m.d.sync += [
                     line.sets.eq(1), line.value.eq(number.value), line.whole.eq(number.whole),
                     line.negative.eq(number.value[-1] & ~number.overflow),
-                    line.overflow.eq(number.overflow | number.whole.all()),
+                    line.overflow.eq(number.overflow | number.whole.all()
+                                     | number.value[SETTING_BITS:].any()),
                     line.integer.eq(number.integer),
                 ]
         return line, dict(zip(self.commands, matches, strict=True)), now[JOG], stored

@@ -74,8 +74,9 @@ class GCodeReader(wiring.Component):
 
     A line that begins with ``$`` is for a system command: each of its characters is an item, and
     none is an error. A number that follows a character which is no part of a number is, when it has
-    ended, an item as well, a WORD of that character: ``$100=2.5`` has the words $ 100 and = 2.5.
-    Behind ``$J=``, ``$N0=`` and ``$N1=`` the line is read as words, with their errors.
+    ended, an item as well, a WORD of that character: ``$100=2.5`` has the words $ 100 and = 2.5,
+    whose values have half as many decimals. Behind ``$J=``, ``$N0=`` and ``$N1=`` the line is read
+    as words, with their errors.
 
     A byte takes three clocks. A word is offered four clocks after the byte that ends it was taken,
     and a clock later for each decimal that its number lacks and for a minus sign; that byte is read
@@ -151,7 +152,8 @@ class GCodeReader(wiring.Component):
             m.d.sync += [begun.eq(1), point.eq(point | char.point), digits.eq(digits | char.digit)]
             with m.If(char.sign):
                 m.d.sync += number.negative.eq(char.byte == ord("-"))
-        self._read_line(m, begins, char, taken, visible, numeric, expects, passing)
+        self._read_line(m, begins, char, taken, visible, numeric, expects, passing,
+                        number.short)
         letter = Signal(8)
         with m.If(begins):
             m.d.sync += [expects.eq(1), begun.eq(0), point.eq(0), number.negative.eq(0),
@@ -200,13 +202,12 @@ class GCodeReader(wiring.Component):
         return ~(parenthesis | rest | char.skipped)
 
     def _read_line(self, m: Module, begins: Signal, char, taken, visible, numeric, expects,
-                   passing) -> None:
+                   passing, raw: Signal) -> None:
         """Judge the characters of a line, and offer its items other than words."""
         out, byte = self.words.p, char.byte
         line_begun = Signal()  # it has a character
         # How far it is of $J=, $N0= or $N1=: nothing, $, all but the =, $N, all of it
         place = Signal(3)
-        raw = Signal()
         bad = out.status != GCodeStatus.GOOD
         m.d.comb += raw.eq(Mux(line_begun, out.system & (place != 4), char.dollar))
 
