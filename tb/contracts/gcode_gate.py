@@ -141,14 +141,13 @@ def describe(c: Contract, dut: GCodeGate) -> None:
                   when=acts, then=~passed.valid)
 
     state, done = c.state("gate_state"), c.signal("done")
-    place, agrees = c.signal("place"), c.signal("agrees")
-    known = Cat(
-        (characters != length)
-        | (agrees[number] == (begins_with(text[:length - 1]) if length <= len(text) + 1 else 0))
-        for number, text in enumerate(COMMANDS) for length in range(1, longest + 3)).all()
+    place, begun = c.signal("place"), c.signal("begun")
+    prefixes = dict.fromkeys(text[:length] for text in COMMANDS for length in range(len(text) + 1))
+    known = Cat(begun[number] == ((characters == len(text) + 1) & begins_with(text))
+                for number, text in enumerate(prefixes)).all()
     pending = words.valid & ends & item.system & good
     c.invariant("known-line", "What is known of a system line is that of its characters.",
-                (c.signal("length") == characters) & known
+                known
                 & ((place == 0) == (characters == 0)) & ((place == 1) == (characters == 1))
                 & ((characters == 0) | (inside & system)),
                 cover=characters == 2, lemma=True)
@@ -159,11 +158,6 @@ def describe(c: Contract, dut: GCodeGate) -> None:
     c.invariant("judged", "Only a system line that waits is judged.",
                 (~done | (state("PASS") & pending & ~open_))
                 & (state("PASS") | state("FAULT") | (pending & ~open_)), cover=done, lemma=True)
-    matches = c.signal("matches")
-    c.invariant("known-when-judged", "By then it is known which line it is.",
-                (state("PASS", "FAULT") & ~done)
-                | Cat(matches[number] == ((characters == len(text) + 1) & begins_with(text))
-                      for number, text in enumerate(COMMANDS)).all(), cover=done, lemma=True)
     homes = c.past(state("ASK"))
     c.invariant("homing", "The states of homing are those of $H.",
                 ~state("ASK", "COMPARE", "HOME", "HOMING") | named("H"), cover=homes, lemma=True)

@@ -427,36 +427,26 @@ class GCodeGate(wiring.Component):
             "negative": 1, "overflow": 1, "integer": 1}))
         # How far a setting is: nothing, $, digits, =, a number; or something else
         place = Signal(3)
-        longest = max(map(len, self.commands))
-        length = Signal(range(longest + 3))  # characters, at most two more than of a command
-        agrees = Signal(len(self.commands))  # with all of them
-        matches = Signal(len(self.commands))  # a clock after its last character
-        now = {command: agrees[which] & (length == len(command) + 1)
-               for which, command in enumerate(self.commands)}
+        # What the line is so far, if a command begins so: each is the one before it, and one more
+        # character.
+        prefixes = _prefixes(self.commands)
+        begun = Signal(len(prefixes))
+        now = {each: begun.bit_select(number, 1) for number, each in enumerate(prefixes)}
         stored = Signal(len(STORES))
         m.d.comb += stored.eq(Cat(now.get(command, 0) for command in STORES))
-        m.d.sync += matches.eq(Cat(now.values()))
         character = item.character
         digit = (character >= ord("0")) & (character <= ord("9"))
         numeric = digit | Cat(character == ord(each) for each in "+-.").any()
         with m.If(taken & ends):
-            m.d.sync += [place.eq(0), line.sets.eq(0), length.eq(0)]
+            m.d.sync += [place.eq(0), line.sets.eq(0), begun.eq(0)]
         # Such an item is taken, or a word that waits, which is none of those below.
         with m.If(self.words.valid & item.system & ~ends & ~stalls):
             with m.If(stored.any()):
                 pass  # what follows is no part of a command
             with m.Elif(item.kind == GCodeKind.CHARACTER):
-                m.d.sync += [place.eq(5), line.sets.eq(0),
-                             length.eq(Mux(length == longest + 2, length, length + 1))]
-                for which, command in enumerate(self.commands):
-                    same = Signal(name=f"same_{which}")
-                    with m.Switch(length):
-                        with m.Case(0):
-                            m.d.comb += same.eq(1)
-                        for at, each in enumerate(command):
-                            with m.Case(at + 1):
-                                m.d.comb += same.eq(character == ord(each))
-                    m.d.sync += agrees[which].eq((agrees[which] | (length == 0)) & same)
+                m.d.sync += [place.eq(5), line.sets.eq(0), begun.eq(Cat(
+                    now[each[:-1]] & (character == ord(each[-1])) if each else place == 0
+                    for each in prefixes))]
                 with m.Switch(place):
                     with m.Case(0):
                         m.d.sync += place.eq(1)
@@ -481,4 +471,10 @@ class GCodeGate(wiring.Component):
                                      | number.value[SETTING_BITS:].any()),
                     line.integer.eq(number.integer),
                 ]
-        return line, dict(zip(self.commands, matches, strict=True)), now[JOG], stored
+        return line, {command: now[command] for command in self.commands}, now[JOG], stored
+
+
+def _prefixes(commands: Sequence[str]) -> list[str]:
+    """Return all texts with which commands begin, those of one command after the other."""
+    return list(dict.fromkeys(command[:length] for command in commands
+                              for length in range(len(command) + 1)))
