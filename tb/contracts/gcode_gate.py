@@ -141,9 +141,9 @@ def describe(c: Contract, dut: GCodeGate) -> None:
                   when=acts, then=~passed.valid)
 
     state, done = c.state("gate_state"), c.signal("done")
-    place, begun = c.signal("place"), c.signal("begun")
+    place = c.signal("place")
     prefixes = dict.fromkeys(text[:length] for text in COMMANDS for length in range(len(text) + 1))
-    known = Cat(begun[number] == ((characters == len(text) + 1) & begins_with(text))
+    known = Cat(c.signal(f"begun_{number}") == ((characters == len(text) + 1) & begins_with(text))
                 for number, text in enumerate(prefixes)).all()
     pending = words.valid & ends & item.system & good
     c.invariant("known-line", "What is known of a system line is that of its characters.",

@@ -429,24 +429,23 @@ class GCodeGate(wiring.Component):
         place = Signal(3)
         # What the line is so far, if a command begins so: each is the one before it, and one more
         # character.
-        prefixes = _prefixes(self.commands)
-        begun = Signal(len(prefixes))
-        now = {each: begun.bit_select(number, 1) for number, each in enumerate(prefixes)}
+        now: dict[str, Value] = {each: Signal(name=f"begun_{number}")
+                                 for number, each in enumerate(_prefixes(self.commands))}
         stored = Signal(len(STORES))
         m.d.comb += stored.eq(Cat(now.get(command, 0) for command in STORES))
         character = item.character
         digit = (character >= ord("0")) & (character <= ord("9"))
         numeric = digit | Cat(character == ord(each) for each in "+-.").any()
         with m.If(taken & ends):
-            m.d.sync += [place.eq(0), line.sets.eq(0), begun.eq(0)]
+            m.d.sync += [place.eq(0), line.sets.eq(0), *(each.eq(0) for each in now.values())]
         # Such an item is taken, or a word that waits, which is none of those below.
         with m.If(self.words.valid & item.system & ~ends & ~stalls):
             with m.If(stored.any()):
                 pass  # what follows is no part of a command
             with m.Elif(item.kind == GCodeKind.CHARACTER):
-                m.d.sync += [place.eq(5), line.sets.eq(0), begun.eq(Cat(
-                    now[each[:-1]] & (character == ord(each[-1])) if each else place == 0
-                    for each in prefixes))]
+                m.d.sync += [place.eq(5), line.sets.eq(0), *(
+                    known.eq(now[text[:-1]] & (character == ord(text[-1])) if text else place == 0)
+                    for text, known in now.items())]
                 with m.Switch(place):
                     with m.Case(0):
                         m.d.sync += place.eq(1)
