@@ -7,7 +7,8 @@ from . import SHORT
 __all__ = ["explore"]
 
 LINES = (
-    b"$X", b"G21G91G1X.1Y.1F9000", b"$I", b"$G", b"$N", b"$", b"G17G2X.1Y.1R.1",
+    b"$X", b"G21G91G1X.1Y.1F9000", b"$N0=G91X.1", b"$I=A", b"$N", b"$G", b"$",
+    b"G17G2X.1Y.1R.1",
     b"G18G3X.1Z.1I.1", b"G19G2Y.1Z.1R.1", b"G17G3X0Y0I.1", b"G38.3Z-.1", b"G10L2P2X.1",
     b"G10L20P1Y0", b"G55", b"G54", b"G92X0", b"G92.1", b"G43.1Z.1", b"G49", b"G28.1", b"G28",
     b"G30.1", b"G30Z0", b"G20", b"G21", b"G93X.1F9000", b"G94F9000", b"G53G0X0", b"M3S500", b"M4",

@@ -58,8 +58,11 @@ LINES = (b"G21", b"G90", b"G91", b"G54", b"G55", b"G17", b"G18", b"G19", b"M3S50
          b"G53G0X0Y0Z0",
          b"$H", b"$", b"$G", b"$#", b"$I", b"$N", b"%")
 
+STORED = (b"$N0=G54G21G90", b"$n1 = m9", b"$N0=", b"$N1=", b"$I=Mine (2)")
+"""Lines that store what changes nothing that is compared."""
+
 ANOTHER = (b"$C", b"$C", b"$SLP", b"$RST=#", b"$RST=*", b"$rst=$", b"$J=G91X0.2F900",
-           b"$j=G91Y-.3Z.1F6000", b"$J=X0F9000", b"G38.2X.1F6000\n$X\nG0",
+           b"$j=G91Y-.3Z.1F6000", b"$J=X0F9000", *STORED, b"G38.2X.1F6000\n$X\nG0",
            b"G38.5Z-.2F6000\n$X\nG0")
 """Lines after which it is not known what others are answered, until a reset."""
 
@@ -144,6 +147,11 @@ def _answer(model: Interpreter, line: _Line) -> tuple[tuple[bytes, ...], bool]:
         for axis, place in enumerate(model.position):
             model.set_position(axis, STEP * ((2 * place + STEP) // (2 * STEP)))
     return answers, all(each.no_error and not each.away for each in probings)
+
+
+def _stores(line: _Line) -> bool:
+    """Return whether a line may store another one, that is none of `STORED`."""
+    return line.text not in STORED and bool(re.search(rb"\$.*N.*=", line.text, re.I | re.S))
 
 
 def _answers_to(model: Interpreter, line: _Line) -> tuple[tuple[bytes, ...], Sequence[Action]]:
@@ -236,8 +244,9 @@ def _check(findings: Findings, line: Levels, seen: Seen, floods: Floods) -> None
                if re.fullmatch(rb"ok|error:\d+", text)]
     findings.answers = len(answers)
     wrong = [(clock, text) for clock, text in said if not re.fullmatch(
-        rb"ok|error:\d+|ALARM:\d+|\[MSG:.*\]|\$\d+=\d+(?:\.\d{3})?|\$N[01]=|Grbl 1.1h .*|"
-        rb"\[(?:HLP|VER|OPT|GC|G\d\d|TLO|PRB):[^\]]*\]?|"  # a reset ends a line of a list
+        rb"ok|error:\d+|ALARM:\d+|\[MSG:.*\]|\$\d+=\d+(?:\.\d{3})?|\$N[01]=.*|Grbl 1.1h .*|"
+        rb">.*:(?:ok|error:\d+)|\[VER:.*\]|"
+        rb"\[(?:HLP|OPT|GC|G\d\d|TLO|PRB):[^\]]*\]?|"  # a reset ends a line of a list
         rb"<(?:Idle|Run|Jog|Hold:[01]|Alarm|Door:[0-3]|Check|Sleep)\|MPos:(?:-?\d+\.\d{3},){2}-?\d+\.\d{3}"
         rb"\|Bf:\d+,\d+\|FS:\d+,\d+(?:\|.*)?>", text)]
     if wrong:
@@ -250,7 +259,7 @@ def _check(findings: Findings, line: Levels, seen: Seen, floods: Floods) -> None
     reports = sum(text.startswith(b"<") for _, text in said)
     if reports > sum(byte == ord("?") for _, byte in commands):
         findings.failures.append(Failure(0, "answer", "more reports than were asked for"))
-    if resets:
+    if resets and not any(_stores(line) for line in _lines(rest)):
         _alive(findings, said, resets[-1], seen, position)
     findings.failures.sort()
 
@@ -275,6 +284,8 @@ def _answers(findings: Findings, received: list[tuple[int, int, bool]], resets: 
             continue
         own = [(clock, text) for clock, text in said if greeted <= clock < end
                and re.fullmatch(rb"ok|error:\d+", text)]
+        if any(_stores(line) for line in lines):
+            return []  # what is run from now on at each start
         if begin:
             model.reset()
             for axis, place in enumerate(_position(seen, greeted)):
