@@ -5,7 +5,7 @@ from amaranth import Mux, Value
 from fresa.motion import AlarmCode, GCodeProbing
 from fresa.protocol import GCodeActionKind
 
-from .contract import Bits, Case, Component, Contract
+from .contract import Bits, Case, Component, Contract, State
 
 __all__ = ["GCODE_PROBING"]
 
@@ -106,6 +106,9 @@ def describe(c: Contract, dut: GCodeProbing) -> None:
     c.implication("seeks-no-longer", "A line that has come to its end is not waited for.",
                   when=seeks & (left == 0) & dut.idle, then=dut.latch | without)
 
+    _progress(c, dut, state, going=going, offered=offered, found=found, waits=waits,
+              alarmed=alarmed)
+
     pause = c.signal("pause")
     c.invariant("states", "States are those of what has been done.", _states(c, state, {
         "PASS": (~seeks & ~latched & ~measured & ~renewed & ~listed & ~alarmed
@@ -143,6 +146,48 @@ def describe(c: Contract, dut: GCodeProbing) -> None:
                 ~checked | state("PASS", "FAULT"), cover=checked, lemma=True)
     c.leaves_unused_codes("probing_state", fault=dut.fault,
                           shows=~passed.valid & ~actions.ready & ~dut.restart & ~dut.latch)
+
+
+def _progress(c: Contract, dut: GCodeProbing, state: State, *, going: Bits, offered: Bits,
+              found: Bits, waits: Bits, alarmed: Bits) -> None:
+    """State that each part of a probing ends in the clock in which it can."""
+    known = c.past(~c.rst)
+    anew, lists, done = (c.keep(1, name=name) for name in ("begins_anew", "lists", "done"))
+    began = anew & ~dut.begins
+    c.m.d.sync += [
+        anew.eq(going & (anew & dut.begins | (dut.restart & ~dut.measures))),
+        lists.eq(going & (lists & ~dut.listed | dut.listing)),
+        done.eq(going & (done | (lists & dut.listed) | (began & alarmed)))]
+    c.implication("begins", "A probing begins once all that was planned is done.",
+                  when=known & c.past(offered & ~dut.active & ~dut.checking & dut.idle),
+                  then=dut.active)
+    c.implication("checked-at-once", "While lines are checked both its actions are taken at once.",
+                  when=~dut.active & (waits & dut.actions.valid | offered & dut.checking),
+                  then=dut.actions.ready & ~dut.passed.valid)
+    first = known & dut.active & ~c.past(dut.active)
+    c.implication("initial-alarm-at-once", "A probe that is as it should become is seen at once.",
+                  when=first & found, then=dut.failure == AlarmCode.PROBE_INITIAL)
+    c.implication("plans-at-once", "Otherwise the line is planned.",
+                  when=known & c.past(first & ~found), then=dut.passed.valid)
+    c.implication("restarts-once-it-stands", "Braking ends when it stands.",
+                  when=known & c.past(dut.brake & ~dut.restart & dut.standing),
+                  then=dut.restart & dut.measures)
+    c.implication("measures-until-begun", "What was kept is told until the planner has begun.",
+                  when=known & c.past(dut.measures & (dut.restart | dut.begins)),
+                  then=dut.measures & ~dut.restart)
+    c.implication("measured", "Then it begins where it is.",
+                  when=known & c.past(dut.measures & ~dut.restart & ~dut.begins),
+                  then=dut.restart & ~dut.measures)
+    c.implication("alarm-ends-it", "So it does after an alarm.",
+                  when=known & c.past(dut.failure != AlarmCode.NONE),
+                  then=dut.restart & ~dut.measures)
+    c.implication("lists-once-begun", "Once it has begun there it is listed, but after alarm 4.",
+                  when=known & c.past(began & ~alarmed), then=dut.listing)
+    c.implication("ends-at-once", "Then PROBED is taken at once.", when=done & dut.actions.valid,
+                  then=dut.actions.ready)
+    c.invariant("progress", "States are those of what is waited for.",
+                (anew == state("BEGIN")) & (lists == state("LISTING")) & (done == state("END")),
+                cover=done, lemma=True)
 
 
 def _states(c: Contract, state, facts: dict[str, Bits]) -> Bits:
