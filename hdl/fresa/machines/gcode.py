@@ -626,8 +626,8 @@ class GCode(MachineComponent):
             connect(m, stored.text, reporter.stored_text)
         self._reports(m, control, planner, motion, reporter, switches)
         if probing is not None:
-            self._probe(m, control, gate, lister, planner, motion, probing, switches[AXES],
-                        checks=checks, settling=settling)
+            self._probe(m, control, renewed, gate, lister, planner, motion, probing,
+                        switches[AXES], checks=checks, settling=settling)
         self._overrides(m, overrides, reporter)
         # As GRBL does: with one block less than there are
         m.d.sync += reporter.free_blocks.eq(motion.free - (motion.free != 0))
@@ -828,13 +828,15 @@ class GCode(MachineComponent):
         with m.If(renewed):
             m.d.sync += control.failure.eq(AlarmCode.NONE)
 
-    def _probe(self, m: Module, control: GCodeControl, gate: GCodeGate, lister: GCodeLister,
-               planner: GCodePlanner, motion: BlockMotion, probing: GCodeProbing, contact: Value,
-               *, checks: Signal, settling: Signal) -> None:
+    def _probe(self, m: Module, control: GCodeControl, renewed: Signal, gate: GCodeGate,
+               lister: GCodeLister, planner: GCodePlanner, motion: BlockMotion,
+               probing: GCodeProbing, contact: Value, *, checks: Signal, settling: Signal) -> None:
         """Give a probing what it needs to know, and list where the probe touched."""
         m.d.comb += [
             probing.contact.eq(contact), probing.checking.eq(checks),
-            probing.idle.eq(motion.idle & ~settling), probing.standing.eq(motion.still),
+            probing.idle.eq(motion.idle & ~settling),
+            # A report that is under way takes where the axes are, not where the probe touched.
+            probing.standing.eq(motion.still & ~planner.report),
             probing.begins.eq(settling), probing.listed.eq(lister.done),
             lister.probed.eq(probing.touched), lister.start.eq(gate.listing | probing.listing),
         ]
@@ -842,7 +844,7 @@ class GCode(MachineComponent):
             m.d.comb += lister.list.eq(GCodeList.PROBED)
         with m.If(probing.measures):  # a report would say where it touched, not where it is
             m.d.comb += planner.report.eq(0)
-        with m.If(probing.failure != AlarmCode.NONE):
+        with m.If((probing.failure != AlarmCode.NONE) & ~renewed):  # else an alarm after the reset
             m.d.sync += control.failure.eq(probing.failure)
 
     def _drivers(self, m: Module, control: GCodeControl, renewed: Signal, motion: BlockMotion,

@@ -44,7 +44,7 @@ class GCodeProbing(wiring.Component):
     checking : In(1)
         Lines are checked, and nothing moves.
     idle, standing : In(1)
-        All that was planned is done; the machine stands.
+        All that was planned is done; the machine stands, and no report of where it is is computed.
     begins : In(1)
         The planner has not begun since ``restart``, or its block that sets the place is under way.
     active : Out(1)

@@ -2,15 +2,27 @@
 
 """G38.2 to G38.5 of `gcode`, with a plate that the tool touches."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import pytest
 
 from fresa.machines.gcode import GCode, GCodeSettings
 from tb.boards import component
-from tb.engines import CXXRTLEngine
+from tb.engines import CXXRTLEngine, Engine
+from tb.models.protocol import bits
+from tests.hdl.machines.test_gcode import (
+    GREETING,
+    LOCKED,
+    SETTINGS,
+    STEPS,
+    UNLOCKED,
+    Belts,
+    Session,
+    design,
+)
 
-from .test_gcode import GREETING, SETTINGS, STEPS, UNLOCKED, Belts, Session
+__all__ = ["design"]
 
 pytestmark = pytest.mark.compiler
 
@@ -26,7 +38,7 @@ WAY = (FEED / 60) ** 2 / 2 / ACCELERATION
 
 
 class Probing(Session):
-    """A session with a plate below the tool."""
+    """A session with a plate below the tool, unless a test sets the probe itself."""
 
     plate: int | None = PLATE
     touched: list[int] | None = None
@@ -35,12 +47,33 @@ class Probing(Session):
     def run(self, clocks: int) -> None:
         """Let time pass; the probe follows Z."""
         end = self.engine.clock + clocks
-        while self.engine.clock < end:
-            on = self.plate is not None and self.position[2] <= self.plate
+        while self.plate is not None and self.engine.clock < end:
+            on = self.position[2] <= self.plate
             if on and self.touched is None:
                 self.touched = [*self.position]
             self.engine.set(probe=on)
-            super().run(min(20, end - self.engine.clock))
+            super().run(min(100, end - self.engine.clock))  # a step takes 1000
+        super().run(end - self.engine.clock)
+
+    def say(self, text: str) -> None:
+        """Begin to send text, and let no time pass."""
+        self.waiting += [level for byte in text.encode("latin-1") for level in bits(byte)]
+
+    def run_until(self, condition: Callable[[], object], clocks: int = 100) -> None:
+        """Let time pass until that is so, in steps of so many clocks."""
+        end = self.engine.clock + 2_000_000
+        while not condition():
+            assert self.engine.clock < end
+            self.run(clocks)
+
+    def rests_where_it_says(self) -> None:
+        """Check that it rests, knows where, and finds back to 0."""
+        state, place = self.state()
+        assert state == "Idle"
+        assert place == [pytest.approx(at / float(steps), abs=5.1e-4)
+                         for at, steps in zip(self.position, self.steps_per_mm, strict=True)]
+        assert self.send("G90G0X0Y0Z0\n") == ["ok"]
+        assert self.position == [0, 0, 0]
 
     def send(self, text: str, **how: bool) -> list[str]:
         """Send text, as :class:`Session` does; a probing is answered after it was listed."""
@@ -58,16 +91,27 @@ class Probing(Session):
         return line
 
 
-@pytest.fixture(scope="module")
-def design():
-    return component("gcode", GCode(settings=SETTINGS))
+@pytest.fixture
+def engine(design):
+    with CXXRTLEngine(design) as engine:
+        yield engine
+        assert not engine.get("fault")
 
 
 @pytest.fixture
-def session(design):
-    with CXXRTLEngine(design) as engine:
-        yield Probing(engine)
-        assert not engine.get("fault")
+def session(engine):
+    return Probing(engine)
+
+
+def anew(engine: Engine, *, probe: int = 0) -> Probing:
+    """Return a session without a plate, the same in each clock from power-up on."""
+    engine.set(rst=1, abort=0)
+    engine.run(1)
+    engine.set(rst=0)
+    session = Probing(engine)
+    session.plate = None
+    engine.set(probe=probe)
+    return session
 
 
 def test_it_ends_where_it_touches_and_says_where(session):
@@ -172,10 +216,44 @@ def test_overrides_leave_a_probing_as_it_is(session):
 
 
 def test_soft_limits_count(session):
-    session.send("$22=1\n$132=2\n$20=1\n")
-    answers = session.send(f"$X\nG38.2Z-2.5F{FEED}\n", wait=False)
-    assert "ALARM:2" in answers
-    assert session.position == [0, 0, 0]
+    """A line that would leave the travel is alarm 2: nothing moves, and no line is answered."""
+    assert session.send("$22=1\n$132=2\n$20=1\n") == ["ok"] * 3
+    assert session.send(f"G38.2Z-2.5F{FEED}\n") == ["ALARM:2"]
+    assert session.path == []
+    assert session.state()[0] == "Alarm"
+    assert session.send("G0X1\n$X\n") == ["error:9", UNLOCKED, "ok"]
+    assert session.probed() == "[PRB:0.000,0.000,0.000:0]"
+    assert session.send(f"G38.2Z-2F{FEED}\n") == ["[PRB:0.000,0.000,-1.200:1]", "ok"]
+    session.rests_where_it_says()
+
+
+@pytest.mark.parametrize(("alarm", "before"), [(4, 200), (5, 8000)])
+def test_no_alarm_follows_a_reset(engine, alarm, before):
+    """A reset in each clock around the end of a probing is before its alarm, or behind it.
+
+    While the line brakes to its end a reset waits for that, and takes effect when it would be one.
+    """
+    def probing() -> Probing:
+        session = anew(engine, probe=alarm == 4)
+        session.say("G38.2Z-.004F600\n")
+        return session
+
+    session = probing()
+    begin = engine.clock
+    session.run_until(lambda: engine.get("alarm"), 1)
+    end = engine.clock - begin
+    answers = []
+    for clocks in [*range(end - before, end - 16, before // 8), *range(end - 16, end + 4)]:
+        session = probing()
+        session.run(clocks)
+        engine.set(abort=1)
+        session.run(20_000)
+        answers.append(session.read())
+        assert engine.get("alarm") == (len(answers[-1]) > 1)
+    behind = [f"ALARM:{alarm}", GREETING, LOCKED]
+    first = answers.index(behind)
+    assert 8 < first < len(answers) - 4
+    assert answers == [[GREETING]] * first + [behind] * (len(answers) - first)
 
 
 def test_the_rest_of_its_line_is_done(session):
@@ -198,6 +276,101 @@ def test_a_report_meanwhile_is_of_where_it_is(session):
     assert len(places) == 60
     assert places == sorted(places, reverse=True)
     assert places[-1] == pytest.approx(session.position[2] / Z_STEPS)
+
+
+def test_a_report_at_its_end_is_of_where_it_is(engine):
+    """Requested in the clocks before it has braked, when the planner is told where it touched."""
+    def probing() -> Probing:
+        session = anew(engine)
+        session.say(f"G38.2Z-1F{FEED}\n")
+        session.run(21_000)
+        engine.set(probe=1)
+        return session
+
+    session = probing()
+    begin = engine.clock
+    session.run_until(lambda: not engine.get("moving"), 1)
+    standing = engine.clock - begin
+    place = session.position[2] / Z_STEPS
+    for clocks in range(standing - 320, standing - 160, 4):
+        session = probing()
+        session.run(clocks)
+        session.say("?")
+        session.run(30_000)
+        report, found, answer = sorted(session.read())
+        assert report.split("|")[1] == f"MPos:0.000,0.000,{place:.3f}"
+        assert f"{place:.3f}" not in found and found.endswith(":1]")
+        assert answer == "ok"
+
+
+PHASES: dict[str, Callable[[Probing], object]] = {
+    "before": lambda session: session.position[0] == 20,
+    "moves": lambda session: session.position[2] == -20,
+    "brakes": lambda session: session.position[2] == -44,
+    "begins": lambda session: session.touched and not session.engine.get("moving"),
+    "answers": lambda session: "P" in session.text,
+}
+"""What shows that a probing has come so far."""
+
+
+def begun(session: Probing, phase: str) -> list[str]:
+    """Begin a probing behind a line in X, and let it come so far; return what was said."""
+    session.plate = -40
+    session.say(f"G1X.5F{FEED}\nG38.2Z-1\n")
+    session.run_until(lambda: PHASES[phase](session) and not session.waiting)
+    return session.read()
+
+
+@pytest.mark.parametrize("phase", PHASES)
+@pytest.mark.parametrize("door", [0, 1])
+def test_what_holds_it_lets_it_go_on(session, phase, door):
+    lines = begun(session, phase)
+    session.engine.set(door=door)
+    session.say("" if door else "!")
+    session.run(60_000)
+    lines += session.read()
+    stands = [*session.position]
+    assert session.state()[0] == ("Door:1" if door else "Hold:0")
+    session.run(40_000)
+    session.say("~" if door else "!")  # of no effect
+    session.run(20_000)
+    assert session.position == stands
+    session.engine.set(door=0)
+    session.run(100)
+    lines += session.send("~")
+    expected = ["ok", "[PRB:0.500,0.000,-0.160:1]", "ok"]
+    assert [line for line in lines if not line.startswith("[MSG")] == expected
+    assert lines.count("[MSG:Check Door]") == door
+    assert session.touched == [40, 0, -40]
+    session.rests_where_it_says()
+
+
+@pytest.mark.parametrize("phase", PHASES)
+@pytest.mark.parametrize(("pin", "alarm"), [("limits", 1), ("stop", 10), (None, None)])
+def test_what_ends_it_drops_its_answer(session, phase, pin, alarm):
+    """A reset brakes, the others stop; it is not answered, and where the axes are stays known."""
+    lines = begun(session, phase)
+    stands = [*session.position]
+    if pin:
+        session.engine.set(**{pin: 1})
+        session.run(20_000)
+        assert all(abs(now - at) <= 1 for now, at in zip(session.position, stands, strict=True))
+        lines += session.read()
+        session.engine.set(**{pin: 0})
+        session.run(100)
+    session.say("\x18")
+    session.run(60_000)
+    assert session.position[2] >= -1.5 * 44
+    answer, *listed = (line for line in [*lines, *session.read()] if "MSG" not in line)
+    if phase == "answers":  # its beginning had been sent
+        cut, *listed = listed
+        assert "[PRB:0.500,0.000,-0.160:1]".startswith(cut)
+    assert (answer, listed) == ("ok", [*([f"ALARM:{alarm}"] if pin else []), GREETING])
+    if pin:
+        assert session.send("$X\n") == [UNLOCKED, "ok"]
+    known = session.probed()
+    assert known == "[PRB:0.000,0.000,0.000:0]"
+    session.rests_where_it_says()
 
 
 @pytest.mark.long
