@@ -593,8 +593,10 @@ class GCode(MachineComponent):
         pausing = Signal()  # the control holds since the program pauses
         m.d.sync += pausing.eq(motion.paused & ~control.reset)
         if not thesis:
+            # In an alarm, such as that of a probing in the same line, it does not wait.
             m.d.comb += [control.pause.eq(motion.paused & ~pausing),
-                         motion.start.eq(motion.paused & pausing & ~control.hold)]
+                         motion.start.eq(motion.paused & pausing & (
+                             ~control.hold | (control.state == GCodeState.ALARM)))]
 
         contacts = self._inputs(m, control, realtime, planner, flags)
         m.d.comb += [switches.eq(contacts), homing.switches.eq(switches[:AXES])]

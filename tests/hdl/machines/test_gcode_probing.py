@@ -227,6 +227,25 @@ def test_soft_limits_count(session):
     session.rests_where_it_says()
 
 
+def test_a_pause_does_not_wait_in_an_alarm(session):
+    """M0 in the line of a probing: with no alarm it waits, otherwise lists and $H are possible."""
+    session.send(f"G38.3Z-.1F{FEED}M0\n", wait=False)
+    session.run_until(lambda: not session.engine.get("moving"))
+    session.run(50_000)
+    assert session.read() == ["[PRB:0.000,0.000,-0.100:0]", "ok"]
+    assert session.state()[0] == "Hold:0"
+    session.send("~G0Z0\n")
+    session.plate = None
+    session.send(f"G38.2Z-.1F{FEED}M0\n", wait=False, read=False)
+    session.run(80_000)
+    assert session.read() == ["ALARM:5", "[PRB:0.000,0.000,-0.100:0]", "ok"]
+    assert session.engine.get("moving") == 0
+    assert session.send("$N\n")[-1] == "ok"
+    assert session.send("$X\nG0X1\n") == [UNLOCKED, "ok", "ok"]
+    assert session.position == [80, 0, -25]
+    session.rests_where_it_says()
+
+
 @pytest.mark.parametrize(("alarm", "before"), [(4, 200), (5, 8000)])
 def test_no_alarm_follows_a_reset(engine, alarm, before):
     """A reset in each clock around the end of a probing is before its alarm, or behind it.
