@@ -461,7 +461,7 @@ def g_code_interpreter(run: Run) -> str:
 
 @bench
 def g_code_reporter(run: Run) -> str:
-    """Answers, an alarm, a message, and two reports, one line after the other."""
+    """Answers, an alarm, a message, and three reports, one line after the other."""
     dut, text = GCodeReporter(), bytearray()
     numbers: dict[int, int] = {}  # that it shows, by their addresses
 
@@ -500,6 +500,7 @@ def g_code_reporter(run: Run) -> str:
         await put(ctx, dut.messages, GCodeMessage.UNLOCKED)
         run.expect("message", await line(ctx), "[MSG:Caution: Unlocked]")
         ctx.set(dut.state, GCodeState.RUN)
+        ctx.set(dut.shown, 0b11)
         numbers.update({8: -1, 9: 12_345})
         ctx.set(dut.free_bytes, 128)
         ctx.set(dut.pins, 0b1010)
@@ -511,9 +512,11 @@ def g_code_reporter(run: Run) -> str:
         ctx.set(dut.accessories, 0b0101)
         run.expect("report", await report(ctx), "<Run|MPos:-0.001,12.345,0.000|Bf:0,128|FS:0,0"
                                                 "|Ov:110,50,90|A:SF>")
+        ctx.set(dut.shown, 0)
+        run.expect("report", await report(ctx), "<Run|WPos:-0.001,12.345,0.000|FS:0,0>")
 
     run.simulate(dut, test, consumer)
-    return "six lines, each whole, the reports with what is due"
+    return "seven lines, each whole, the reports with what is due, and of what is to be shown"
 
 
 @bench

@@ -12,8 +12,9 @@ __all__ = ["GCODE_REPORTER"]
 
 FIELDS = 6
 """Fields of a report: always, pins, origin, overrides, accessories, end."""
-MESSAGES, FIRST_FIELD, STATES, OK, ERROR, ALARM, BREAK, PARTS = 0, 10, 16, 25, 26, 27, 28, 32
-"""Texts of answers and alarms, and the first of messages, fields, states and parts of lists."""
+MESSAGES, BREAK, STATES, OK, ERROR, ALARM, FIRST_FIELD, PARTS = 0, 10, 16, 25, 26, 27, 28, 32
+"""Texts of answers and alarms, and the first of messages, states, first fields and parts of lists.
+Further fields are behind the text that ends an open line."""
 
 
 def describe(c: Contract, dut: GCodeReporter) -> None:
@@ -99,15 +100,19 @@ def describe(c: Contract, dut: GCodeReporter) -> None:
                   & (fields[4] == (fields[3] & c.past(dut.accessories.any()))))
     c.implication("accessories-wait", "They wait for the fields before.", when=fields.any(),
                   then=c.signal("accessories") == c.kept["accessories"], lemma=True)
-    field = (text - FIRST_FIELD)[:4]
+    first = (text >= FIRST_FIELD) & (text < PARTS)
+    field = Mux(first, 0, text - BREAK)[:4]
     c.implication("fields-in-order", "Its fields are asked for in their order, each once, and "
                   "the accessories are those of its begin.",
                   when=goes_on & c.past(fields.any()) & (fields != c.past(fields)),
                   then=asked & (fields == c.past(fields & (fields - 1))) & Mux(
-                      fields == 0, 1, ~c.past(began)) & (text >= FIRST_FIELD)
+                      fields == 0, 1, ~c.past(began)) & (first | (text > BREAK))
                   & (c.past(fields) >> field)[0]
                   & (((1 << field) - 1)[:FIELDS] & c.past(fields) == 0)
                   & ((field != 4) | (c.signal("pins") == c.kept["accessories"])))
+    c.implication("shown", "The first is that which is to be shown.",
+                  when=goes_on & c.past(fields[0]) & ~fields[0],
+                  then=text == FIRST_FIELD + c.past(dut.shown))
     c.implication("reporting", "Places hold until the last field is asked for.",
                   when=dut.reporting | began | fields.any(),
                   then=dut.reporting & (began | fields[FIELDS - 1]))

@@ -25,7 +25,8 @@ MESSAGES: Mapping[str, bytes] = {
 class Sample:
     """What a report shows: positions in um, feed in mm/min, speed in rpm, letters of pins.
 
-    Overrides are in percent: of feed, rapids and spindle. Accessories are letters, too.
+    Overrides are in percent: of feed, rapids and spindle. Accessories are letters, too. What it
+    shows is that of $10, of which two bits count.
     """
 
     state: str = "Idle"
@@ -39,6 +40,7 @@ class Sample:
     pins: str = ""
     overrides: Sequence[int] = (100, 100, 100)
     accessories: str = ""
+    shown: int = 3
 
 
 @dataclass
@@ -64,8 +66,10 @@ class Reports:
         state = sample.state
         if state in ("Hold", "Door"):
             state += f":{sample.substate}"
-        fields = [state, f"MPos:{_vector(sample.position)}", f"Bf:{sample.blocks},{sample.room}",
-                  f"FS:{sample.feed},{sample.speed}"]
+        fields = [state, f"{'MPos' if sample.shown & 1 else 'WPos'}:{_vector(sample.position)}"]
+        if sample.shown & 2:
+            fields.append(f"Bf:{sample.blocks},{sample.room}")
+        fields.append(f"FS:{sample.feed},{sample.speed}")
         if sample.pins:
             fields.append(f"Pn:{sample.pins}")
         self.since_overrides += 1

@@ -91,7 +91,7 @@ def line_registers(depth: int) -> Registers:
     registers.pair("one", high=1 << 68 - WIDTH)
     registers.word(*(f"{name}_{axis}" for axis in AXES for name in (
         "from", "to", "unit", "unit_end", "unit_before", "place", "place_before", "increment",
-        "steps", "steps_now", "position", "um")))
+        "steps", "steps_now", "position", "origin")))
     registers.word("path", "speed_now", "spindle", "feed", "fastest", "hundredth",
                    "acceleration", "ticks", "clock", "deviation", "exponent", "a", "b", "flag",
                    "zero")
@@ -327,13 +327,13 @@ def _accept() -> Rows:
         yield "ADD", f"nominal{word}", "zero", f"nominal_before{word}"
 
 
-def nearest(sign: str, divisor: str, to: str) -> Rows:
-    """Take ``product`` / `divisor`, to the nearest, with the sign of another register."""
+def nearest(sign: str, divisor: str, to: str, *, without: str = "zero") -> Rows:
+    """Take ``product`` / `divisor`, to the nearest, with the sign of a register, or a difference."""
     yield "SHIFT_RIGHT", divisor, "1", "part"
     yield "ADD", "product.low", "part", "product.low"
     yield "ADD_CARRY", "product", "zero", "product"
     yield "DIVIDE", "product", divisor, "b"
-    yield "DIFFERENCE", sign, "zero", "flag"
+    yield "DIFFERENCE", sign, without, "flag"
     yield "NEGATE", "b", "b", to
 
 
@@ -350,12 +350,19 @@ def _report() -> Rows:
         yield from nearest("zero", "1e6", name)
 
 
-def _round() -> Rows:
-    """Take the positions in um."""
+def _work() -> Rows:
+    """Have positions counted from the origin of the work coordinates."""
     for axis in AXES:
-        yield from magnitude(f"position_{axis}", "zero", "a")
+        yield "ADD", f"origin_{axis}", "zero", f"to_{axis}"
+
+
+def _round() -> Rows:
+    """Take the positions, counted from ``to_*``, in um."""
+    for axis in AXES:
+        position, origin = f"position_{axis}", f"to_{axis}"
+        yield from magnitude(position, origin, "a")
         yield "MULTIPLY", "a", "1", "product"
-        yield from nearest(f"position_{axis}", "1e3", f"um_{axis}")
+        yield from nearest(position, "1e3", position, without=origin)
 
 
 def _begin() -> Rows:
@@ -377,9 +384,10 @@ TABLES = (FormulaTable.of("line", REGISTERS, _line()),
           FormulaTable.of("accept", REGISTERS, _accept()),
           FormulaTable.of("report", REGISTERS, _report()),
           FormulaTable.of("begin", REGISTERS, _begin()),
-          FormulaTable.of("round", REGISTERS, _round()))
+          FormulaTable.of("round", REGISTERS, _round()),
+          FormulaTable.of("work", REGISTERS, _work()))
 """Tables of formulas: what a line needs, what makes its end the next start, where the axes are,
-what makes that the next start, and positions in um."""
+what makes that the next start, positions in um, and that these are those of work."""
 
 
 def line_formulas(line: Line | None = None) -> Formulas:

@@ -567,7 +567,7 @@ class GCode(MachineComponent):
             restarts.eq(renewed | planner.configured | homing.restart | resumes
                         | (probing.restart if probing else 0)),
             settling.eq(configures | begins | placing),
-            planner.configure.eq(configures | gate.configure), planner.begin.eq(begins),
+            planner.begin.eq(begins & ~configures),
         ]
         self._system(m, control, renewed, gate, planner, motion, homing, store)
         m.submodules.overrides = overrides = Overrides()
@@ -626,7 +626,8 @@ class GCode(MachineComponent):
             m.d.comb += [stored.shown.eq(reporter.stored),
                          stored.wanted.eq(reporter.stored_wanted)]
             connect(m, stored.text, reporter.stored_text)
-        self._reports(m, control, planner, motion, reporter, switches)
+        self._reports(m, control, planner, motion, reporter, switches, store,
+                      configures | gate.configure)
         if probing is not None:
             self._probe(m, control, renewed, gate, lister, planner, motion, probing,
                         switches[AXES], checks=checks, settling=settling)
@@ -1020,10 +1021,18 @@ class GCode(MachineComponent):
         return contacts
 
     def _reports(self, m: Module, control: GCodeControl, planner: GCodePlanner,
-                 motion: BlockMotion, reporter: GCodeReporter, switches: Value) -> None:
-        """Compute each report that is wanted, then have it sent; the numbers stay meanwhile."""
+                 motion: BlockMotion, reporter: GCodeReporter, switches: Value,
+                 store: GCodeSettingStore, configures: Value) -> None:
+        """Compute each report that is wanted, then have it sent; the numbers stay meanwhile.
+
+        So does what it shows: settings are taken between reports, and new ones count for these when
+        the planner begins thereafter.
+        """
         wanted = Signal()
         computed = Signal()  # and the reporter has not begun yet
+        shown = Signal.like(store.flags.shown)
+        with m.If(planner.begin):
+            m.d.sync += shown.eq(store.flags.shown)
         with m.If(control.report):
             m.d.sync += wanted.eq(1)
         with m.If(planner.reported):
@@ -1032,6 +1041,8 @@ class GCode(MachineComponent):
             m.d.sync += computed.eq(0)
         m.d.comb += [
             planner.report.eq(wanted & ~computed & ~reporter.reporting),
+            planner.configure.eq(configures & ~computed & ~reporter.reporting),
+            planner.work.eq(~shown[0]), reporter.shown.eq(shown),
             reporter.request.eq(planner.reported),
             reporter.state.eq(control.state), reporter.substate.eq(control.substate),
             reporter.origin_changed.eq(planner.origin_changed),

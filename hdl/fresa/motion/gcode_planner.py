@@ -93,6 +93,7 @@ class _Do(enum.Enum, shape=unsigned(5)):
     RUN_INVERSE = 0b10_001  # a table, if the feed of the action is motions a minute
     RUN_SOFT = 0b10_010  # a table, if there are soft limits
     RUN_RADIUS = 0b10_011  # a table, if the arc has a radius
+    RUN_WORK = 0b10_100  # a table, if reports have positions of work
     KEEP = 0b11_000  # register -> one of _Kept
     SKIP = 0b11_001  # end here if the register is 0
     GUARD = 0b11_010  # wait for a reset if the register is not 0 and there are soft limits
@@ -343,9 +344,14 @@ def _home_place() -> Iterable[_Row]:
 
 
 def _keep_um(first: _Kept) -> Iterable[_Row]:
+    """Keep positions: those of a report may be from the origin of work."""
+    for name in "xyz":
+        yield _Row(_Do.ZERO, 0, _register(f"to_{name}"))
+    if first == _Kept.X:
+        yield _Row(_Do.RUN_WORK, _TABLE["work"])
     yield _Row(_Do.RUN, _TABLE["round"])
     for axis, name in enumerate("xyz"):
-        yield _Row(_Do.KEEP, _register(f"um_{name}"), first.value + axis)
+        yield _Row(_Do.KEEP, _register(f"position_{name}"), first.value + axis)
 
 
 def _steps() -> Iterable[_Row]:
@@ -365,7 +371,8 @@ def _report() -> Iterable[_Row]:
 
 def _origins() -> Iterable[_Row]:
     for axis, name in enumerate("xyz"):
-        yield _Row(_Do.LOAD, Operand.ORIGIN + axis, _register(f"position_{name}"))
+        for register in "origin", "position":
+            yield _Row(_Do.LOAD, Operand.ORIGIN + axis, _register(f"{register}_{name}"))
     yield from _keep_um(_Kept.ORIGIN_X)
 
 
@@ -508,6 +515,8 @@ class GCodePlanner(wiring.Component):
         rev/min: what is reported.
     report, reported : In(1), Out(1)
         Compute the report, until ``reported``, which is one clock.
+    work : In(1)
+        Its positions are in the coordinates of work, not of the machine; constant meanwhile.
     shown_address, shown_read, shown : In(4), In(1), Out(signed(27))
         Read a `ReportNumber`, which is out from the second clock on until another is read: as they
         were with the last report, or with the last origin. A procedure that keeps a number waits
@@ -547,7 +556,7 @@ class GCodePlanner(wiring.Component):
             "room": In(1), "steps": In(signed(WIDTH)).array(3), "speed": In(31),
             "spindle_speed": In(WIDTH),
             "feed_override": In(OVERRIDE_BITS), "rapid_override": In(OVERRIDE_BITS),
-            "report": In(1), "reported": Out(1),
+            "report": In(1), "reported": Out(1), "work": In(1),
             "shown_address": In(SHOWN_BITS), "shown_read": In(1), "shown": Out(signed(UM_BITS)),
             "origin_changed": Out(1),
             "begin": In(1), "begun": Out(1),
@@ -733,8 +742,8 @@ class GCodePlanner(wiring.Component):
                 m.next = "READ"
                 with m.If(row.do.as_value()[3:] == 0b10):  # RUN, of one kind or another
                     finish()
-                    runs = Array([Const(1), inverse, self.soft, by_radius])
-                    with m.If(runs[row.do.as_value()[:2]]):
+                    runs = Array([Const(1), inverse, self.soft, by_radius, *[self.work] * 4])
+                    with m.If(runs[row.do.as_value()[:3]]):
                         m.d.comb += formulas.start.eq(1)
                         m.next = "COMPUTE"
             with m.State("READ"):

@@ -53,7 +53,7 @@ class ReportNumber(IntEnum):
 
     FEED = 3  # mm/min
     SPINDLE = 4  # rev/min
-    X = 8  # position of the machine, um
+    X = 8  # position of the machine, or of work, um
     Y = 9
     Z = 10
     ORIGIN_X = 12  # of the work coordinates, um
@@ -92,23 +92,31 @@ STORED = 0x90
 FEED, SPEED, *PLACES = SHOWN
 POSITION, ORIGIN = tuple(PLACES[:3]), tuple(PLACES[3:])
 
-FIELDS = (
-    b"|MPos:%c,%c,%c|Bf:%c,%c|FS:%c,%c" % (*POSITION, BLOCKS, BYTES, FEED, SPEED),
+FIRST_FIELDS = tuple(
+    b"|%b:%c,%c,%c" % (name, *POSITION) + free + b"|FS:%c,%c" % (FEED, SPEED)
+    for free in (b"", b"|Bf:%c,%c" % (BLOCKS, BYTES)) for name in (b"WPos", b"MPos"))
+"""First field of a report, by what it is to show."""
+
+FURTHER_FIELDS = (
     b"|Pn:" + bytes(0x80 | letter for letter in b"XYZPDHRS"),
     b"|WCO:%c,%c,%c" % ORIGIN,
     b"|Ov:%c,%c,%c" % OVERRIDES,
     b"|A:" + bytes(0x80 | letter for letter in b"SCFM"),
     b">\r\n",
 )
-"""Of a report, after its state; those between the first and the last are intermittent."""
+"""The others; all but the last are intermittent."""
 
-ALWAYS, HAS_PINS, HAS_ORIGIN, HAS_OVERRIDES, HAS_ACCESSORIES, HAS_END = range(len(FIELDS))
-MESSAGES, STATES, LISTS = 0, 16, 32
-"""Numbers of the first texts of messages, states and lists: their own are the low bits."""
+ALWAYS, HAS_PINS, HAS_ORIGIN, HAS_OVERRIDES, HAS_ACCESSORIES, HAS_END = range(
+    1 + len(FURTHER_FIELDS))
+MESSAGES, STATES, FIRST, LISTS = 0, 16, 28, 32
+"""Numbers of the first texts of messages, states, first fields and lists: their own are the low
+bits."""
 
-FIRST_FIELD = MESSAGES + len(GCodeMessage)
-OK, ERROR, ALARM, BREAK = range(STATES + len(GCodeState), STATES + len(GCodeState) + 4)
-"""Numbers of the others, between them; the last is of a line whose rest does not come."""
+BREAK = MESSAGES + len(GCodeMessage)
+"""Number of that of a line whose rest does not come; further fields are behind it."""
+
+OK, ERROR, ALARM = range(STATES + len(GCodeState), FIRST)
+"""Numbers of the others."""
 
 REFRESH_ORIGIN, REFRESH_OVERRIDES, REFRESH_AT_REST = 30, 20, 10
 """Reports from one with that field to the next, in a state in which something may move; and in
@@ -126,8 +134,8 @@ class GCodeReporter(wiring.Component):
     later, if it is still there. Behind a part of a list that ends no line nothing else is sent but
     the next part, or, if the list is abandoned, the end of the line.
 
-    A report is ``<state|MPos:x,y,z|Bf:blocks,bytes|FS:feed,speed>``, with further fields before
-    its end: ``Pn:`` and the letters of the pins that are on, if any is; ``WCO:`` in the first
+    A report is ``<state|MPos:x,y,z|Bf:blocks,bytes|FS:feed,speed>``, or what of it is to be
+    ``shown``, with further fields before its end: ``Pn:`` and the letters of the pins that are on, if any is; ``WCO:`` in the first
     report, in the first after `origin_changed`, and in every 30th after that, every 10th in a state
     in which nothing moves; ``Ov:`` in the next report, in the first without ``WCO:`` after
     `overridden`, and then in every 20th or 10th that has no ``WCO:``, with ``A:`` and the letters
@@ -189,6 +197,8 @@ class GCodeReporter(wiring.Component):
         State of the machine, sampled in the first clock of ``reporting``.
     substate : In(2)
         Its digit, for HOLD and DOOR.
+    shown : In(2)
+        ``MPos:``, otherwise ``WPos:``; ``Bf:``. Constant while ``reporting`` is 1.
     number_address, number_read, number : Out(4), Out(1), In(signed(position_bits))
         Read another number, a `ReportNumber`, which is there from the second clock on. At other
         addresses none is of interest. Never in two clocks in succession.
@@ -239,7 +249,7 @@ class GCodeReporter(wiring.Component):
             "messages": In(stream.Signature(GCodeMessage)),
             "listed": In(stream.Signature(LISTED)), "abandon": In(1),
             "request": In(1), "reporting": Out(1),
-            "state": In(GCodeState), "substate": In(2),
+            "state": In(GCodeState), "substate": In(2), "shown": In(2),
             "number_address": Out(4), "number_read": Out(1), "number": In(signed(position_bits)),
             "origin_changed": In(1), "overridden": In(1), "overrides": In(8).array(3),
             "accessories": In(4), "free_blocks": In(8), "free_bytes": In(8), "pins": In(8),
@@ -259,7 +269,7 @@ class GCodeReporter(wiring.Component):
         code = Signal(8)  # of an answer, an alarm or a part, or the substate
         pins = Signal(8)  # or accessories; the lowest is the next
         accessories = Signal(4)
-        fields = Signal(len(FIELDS))  # of the report, still to be sent
+        fields = Signal(HAS_END + 1)  # of the report, still to be sent
         waiting = Signal()  # a report
         answer_first = Signal()
         value = Signal.like(self.listed.p.value)
@@ -415,9 +425,9 @@ class GCodeReporter(wiring.Component):
                     m.next = "REST"
                     with m.If(part_open):
                         m.next = "PART"
-                    for number in reversed(range(len(FIELDS))):
+                    for number in reversed(range(len(fields))):
                         with m.If(fields[number]):
-                            m.d.sync += text.eq(FIRST_FIELD + number)
+                            m.d.sync += text.eq(BREAK + number if number else FIRST + self.shown)
                             m.next = "ASK"
                     with m.If(fields[:HAS_ACCESSORIES + 1] == 1 << HAS_ACCESSORIES):
                         m.d.sync += pins.eq(accessories)
@@ -465,9 +475,10 @@ def _texts(greeting: bytes, build: bytes, stored: Sequence[bytes]) -> list[bytes
     end = b"\r\n"
     texts: list[bytes] = []
     for first, others in (
-            (MESSAGES, [messages[each] + end for each in GCodeMessage]), (FIRST_FIELD, FIELDS),
-            (STATES, [states[state] for state in GCodeState]),
-            (OK, [b"ok" + end, b"error:%c" % CODE + end, b"ALARM:%c" % CODE + end, end]),
+            (MESSAGES, [messages[each] + end for each in GCodeMessage]),
+            (BREAK, [end, *FURTHER_FIELDS]), (STATES, [states[state] for state in GCodeState]),
+            (OK, [b"ok" + end, b"error:%c" % CODE + end, b"ALARM:%c" % CODE + end]),
+            (FIRST, FIRST_FIELDS),
             (LISTS, [_lists(build, stored)[text] for text in GCodeText])):
         texts += [*[end] * (first - len(texts)), *others]  # numbers between have any
     return texts

@@ -63,7 +63,7 @@ STORED = (b"$N0=G54G21G90", b"$n1 = m9", b"$N0=", b"$N1=", b"$I=Mine (2)")
 
 ANOTHER = (b"$C", b"$C", b"$SLP", b"$RST=#", b"$RST=*", b"$rst=$", b"$J=G91X0.2F900",
            b"$j=G91Y-.3Z.1F6000", b"$J=X0F9000", *STORED, b"G38.2X.1F6000\n$X\nG0",
-           b"G38.5Z-.2F6000\n$X\nG0")
+           b"G38.5Z-.2F6000\n$X\nG0", b"$10=0", b"$10=3")
 """Lines after which it is not known what others are answered, until a reset."""
 
 
@@ -165,7 +165,7 @@ def _answers_to(model: Interpreter, line: _Line) -> tuple[tuple[bytes, ...], Seq
         if plain[:3].upper() == "$J=":
             return (_answer_jog(model, text), b"error:8", *damage), ()
         if plain.startswith("$"):
-            return (b"ok", b"error:3", b"error:5", b"error:8", b"error:11"), ()
+            return (b"ok", *(b"error:%d" % number for number in (3, 4, 5, 8, 11, 38))), ()
         items, status = read_words(text)
         if status or line.damaged:
             model.check(items)
@@ -247,8 +247,8 @@ def _check(findings: Findings, line: Levels, seen: Seen, floods: Floods) -> None
         rb"ok|error:\d+|ALARM:\d+|\[MSG:.*\]|\$\d+=\d+(?:\.\d{3})?|\$N[01]=.*|Grbl 1.1h .*|"
         rb">.*:(?:ok|error:\d+)|\[VER:.*\]|"
         rb"\[(?:HLP|OPT|GC|G\d\d|TLO|PRB):[^\]]*\]?|"  # a reset ends a line of a list
-        rb"<(?:Idle|Run|Jog|Hold:[01]|Alarm|Door:[0-3]|Check|Sleep)\|MPos:(?:-?\d+\.\d{3},){2}-?\d+\.\d{3}"
-        rb"\|Bf:\d+,\d+\|FS:\d+,\d+(?:\|.*)?>", text)]
+        rb"<(?:Idle|Run|Jog|Hold:[01]|Alarm|Door:[0-3]|Check|Sleep)"
+        rb"\|[MW]Pos:(?:-?\d+\.\d{3},){2}-?\d+\.\d{3}(?:\|Bf:\d+,\d+)?\|FS:\d+,\d+(?:\|.*)?>", text)]
     if wrong:
         findings.failures.append(Failure(wrong[0][0], "answer", f"it says {wrong[0][1]!r}"))
     commands = [(clock, byte) for clock, byte, error in received

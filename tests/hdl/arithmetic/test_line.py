@@ -118,7 +118,8 @@ def check_junction(machine: Machine, unit: list[int], before: list[int]) -> None
 class TestTables:
     def test_take_their_clocks(self):
         assert {table.name: table.clocks(36) for table in TABLES} == {
-            "line": 2725, "accept": 69, "report": 723, "begin": 471, "round": 399}
+            "line": 2725, "accept": 69, "report": 723, "begin": 471, "round": 399,
+            "work": 21}
 
     @pytest.mark.parametrize("seed", range(4))
     def test_are_exact_for_random_programs(self, seed):
@@ -181,10 +182,6 @@ class TestPositions:
                           * round_half_up(Fraction(abs(count) * 10**9, each))
                           for count, each in zip(steps, per_metre, strict=True)]
             assert machine.each("position") == nanometres
-            machine.run("round")
-            assert machine.each("um") == [
-                (1 if each >= 0 else -1) * round_half_up(Fraction(abs(each), 1000))
-                for each in nanometres]
             assert machine.get("speed_now") == round_half_up(Fraction(speed * 60, 10**6))
             assert machine.get("spindle") == round_half_up(Fraction(spindle, 10**6))
             machine.run("begin")
@@ -194,6 +191,13 @@ class TestPositions:
             assert [machine.get(f"place_before_{axis}") for axis in AXES] == [
                 (place(at, each) + 17 * 512 * each) % SIZE
                 for at, each in zip(nanometres, per_metre, strict=True)]
+            origin = [rng.choice([0, rng.randint(-CORNER, CORNER)]) for _ in AXES]
+            machine.set(**{f"origin_{axis}": at for axis, at in zip(AXES, origin, strict=True)})
+            machine.run("work")
+            machine.run("round")
+            assert machine.each("position") == [
+                (1 if at >= zero else -1) * round_half_up(Fraction(abs(at - zero), 1000))
+                for at, zero in zip(nanometres, origin, strict=True)]
 
 
 def round_half_up(value: Fraction) -> int:

@@ -37,7 +37,7 @@ class Line:
                         **dict(enumerate(sample.origin, 12))}
         self.engine.set(
             state=STATES.index(sample.state), substate=sample.substate,
-            free_blocks=sample.blocks, free_bytes=sample.room,
+            free_blocks=sample.blocks, free_bytes=sample.room, shown=sample.shown,
             pins=sum(1 << LETTERS.index(letter) for letter in sample.pins),
             accessories=sum(1 << ACCESSORIES.index(letter) for letter in sample.accessories),
             **{f"overrides_{which}": each for which, each in enumerate(sample.overrides)})
@@ -104,7 +104,7 @@ def random_sample(rng) -> Sample:
         rng.randrange(2**(BITS - 1)) >> rng.randrange(BITS), rng.randrange(30_000),
         "".join(letter for letter in LETTERS if rng.random() < 0.3),
         [rng.randrange(256) for _ in range(3)],
-        "".join(letter for letter in ACCESSORIES if rng.random() < 0.3))
+        "".join(letter for letter in ACCESSORIES if rng.random() < 0.3), rng.randrange(4))
 
 
 @pytest.fixture(scope="module")
@@ -136,6 +136,14 @@ def test_reports_word_by_word(line):
     assert line.report(Sample("Door", 2, (LEAST, MOST, 1000), pins="YD")) == (
         b"<Door:2|MPos:-67108.864,67108.863,1.000|Bf:0,0|FS:0,0|Pn:YD>\r\n")
     assert line.sent == line.expected
+
+
+@pytest.mark.parametrize(("shown", "fields"), [
+    (0, "WPos:0.001,-0.002,0.000"), (1, "MPos:0.001,-0.002,0.000"),
+    (2, "WPos:0.001,-0.002,0.000|Bf:9,8"), (3, "MPos:0.001,-0.002,0.000|Bf:9,8")])
+def test_what_it_shows(line, shown, fields):
+    text = line.report(Sample("Run", position=(1, -2, 0), blocks=9, room=8, feed=5, shown=shown))
+    assert text.decode() == f"<Run|{fields}|FS:5,0|WCO:0.000,0.000,0.000>\r\n"
 
 
 @pytest.mark.parametrize("state", ["Run", "Alarm"])
