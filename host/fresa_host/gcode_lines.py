@@ -135,7 +135,7 @@ class Status(NamedTuple):
         Position in the machine's and in work coordinates, and the origin of these; one of the
         first two is in every report.
     feed, speed : float or None
-        In mm/min, and rev/min.
+        In mm/min, or inches/min if the machine reports in them ($13), and rev/min.
     pins : str
         Inputs that are active, such as ``XP``.
     planner, buffer : int or None

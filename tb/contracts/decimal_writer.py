@@ -28,13 +28,13 @@ def describe(c: Contract, dut: DecimalWriter) -> None:
     with c.m.Elif(given & (byte != ord("."))):
         c.m.d.sync += offered.eq(offered + 1)
     minus = number < 0
-    point = ["POINT"] if dut.decimals else []
+    point = ["POINT"] if dut.most_decimals else []
     writes = state("COUNT", "DIGIT", *point)
     busy = state("COUNT", "DIGIT", *point, *(["SIGN"] if dut.shape.signed else []))
     last = state("DIGIT") & (place == 0)
     digits = offered - minus  # taken so far, once the sign is
-    pointed = _watch_point(c, dut, digits, place) if dut.decimals else 0
-    needed = (place == 0) | (pointed & (place <= dut.decimals))  # even if it is a 0
+    decimals = _watch_point(c, dut, digits, place) if dut.most_decimals else 0
+    needed = place <= decimals  # even if it is a 0
 
     c.implication("ready-at-rest", "A number is taken at rest, and only there.",
                   when=state("REST") | dut.numbers.ready, then=state("REST") & dut.numbers.ready)
@@ -57,7 +57,7 @@ def describe(c: Contract, dut: DecimalWriter) -> None:
                   then=byte != ord("-"))
     c.implication("no-leading-zero", "The first digit is no 0 unless it is the only one, or stands "
                   "before the point.", when=dut.bytes.valid & (digits == 0) & (byte == 0x30),
-                  then=last | (pointed & (place == dut.decimals)))
+                  then=place == decimals)
     c.implication("rest-after-last-digit", "After the last digit the next number can be taken.",
                   when=c.past(last & given), then=state("REST"))
     c.implication("busy-until-last-digit", "And not before.",
@@ -85,10 +85,10 @@ def describe(c: Contract, dut: DecimalWriter) -> None:
                   & (c.signal("shown") == ((digits > 0) | needed)))
     c.invariant("power", "The power of ten is that of the place.",
                 ~busy | (c.signal("power") == Mux(writes, power, 1)), cover=writes, lemma=True)
-    if dut.decimals:
+    if dut.most_decimals:
         c.implication("point-before-decimals", "The point stands before the decimals.",
-                      when=state("POINT"), then=pointed & (byte == ord(".")) & (digits > 0)
-                      & (place == dut.decimals - 1) & (digit == 0))
+                      when=state("POINT"), then=(byte == ord(".")) & (digits > 0)
+                      & (place + 1 == decimals) & (digit == 0))
     if dut.shape.width <= WATCHED:
         _watch_value(c, dut, number, given, last, power, writes)
     c.leaves_unused_codes("writer_state", fault=dut.fault,
@@ -96,22 +96,23 @@ def describe(c: Contract, dut: DecimalWriter) -> None:
 
 
 def _watch_point(c: Contract, dut: DecimalWriter, digits: Bits, place: Bits) -> Bits:
-    """State that the point is written once or not at all; return whether it is wanted."""
+    """State that the point is written once or not at all; return the decimals that are wanted."""
     state = c.state("writer_state")
     before = ["POINT", *(["SIGN"] if dut.shape.signed else [])]
-    wanted = c.keep(1, name="wanted")
+    wanted = c.keep(range(dut.most_decimals + 1), name="wanted")
+    c.assume(dut.decimals <= dut.most_decimals)
     there = c.keep(1, name="there")
     with c.m.If(dut.numbers.ready | c.rst):
-        c.m.d.sync += [wanted.eq(dut.pointed), there.eq(0)]
+        c.m.d.sync += [wanted.eq(dut.decimals), there.eq(0)]
     with c.m.Elif(dut.bytes.ready & state("POINT")):
         c.m.d.sync += there.eq(1)
     c.implication("point-once", "A number that is to have a point has one before its decimals, "
                   "and no other has any.", when=state("COUNT", "DIGIT"),
-                  then=there == (wanted & (place < dut.decimals)))
-    c.implication("point-kept", "Whether it has one is sampled with the number.",
+                  then=there == (place < wanted))
+    c.implication("point-kept", "Where it has one is sampled with the number.",
                   when=~dut.numbers.ready & ~state("FAULT"),
-                  then=(c.signal("pointed") == wanted) & (~state(*before) | ~there)
-                  & (~wanted | ~state("COUNT", "DIGIT") | (place >= dut.decimals) | (digits > 0)))
+                  then=(c.signal("decimals") == wanted) & (~state(*before) | ~there)
+                  & (~state("COUNT", "DIGIT") | (place >= wanted) | (digits > 0)))
     return wanted
 
 
@@ -141,8 +142,9 @@ def _watch_value(c: Contract, dut: DecimalWriter, number: Bits, given: Bits, las
 DECIMAL_WRITER = Component(
     make=DecimalWriter, describe=describe, depth=30,
     cases=(Case({"width": 7, "is_signed": True}), Case({"width": 5}),
-           Case({"width": 7, "is_signed": True, "decimals": 1}),
+           Case({"width": 7, "is_signed": True, "most_decimals": 1}),
+           Case({"width": 9, "is_signed": True, "most_decimals": 2}),
            Case({"width": 32, "is_signed": True}, real=True), Case({"width": 32}, real=True),
-           Case({"width": 27, "is_signed": True, "decimals": 3}, real=True),
+           Case({"width": 28, "is_signed": True, "most_decimals": 4}, real=True),
            Case({"width": 7, "is_signed": True}, upset=True),
-           Case({"width": 7, "is_signed": True, "decimals": 1}, upset=True)))
+           Case({"width": 7, "is_signed": True, "most_decimals": 1}, upset=True)))

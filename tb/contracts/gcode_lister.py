@@ -20,7 +20,7 @@ def describe(c: Contract, dut: GCodeLister) -> None:
     kept = c.past(~c.rst)
     listing = c.keep(1, name="listing")
     count = c.keep(range(32), name="count")  # parts that were taken
-    which, text = Value.cast(dut.list), Cat(Value.cast(modes), dut.probed)
+    which, text = Value.cast(dut.list), Cat(Value.cast(modes), dut.probed, dut.inches)
     motion = modes.motion.as_value()
     c.assume(~dut.start | ~listing)
     c.assume(~(kept & c.past(listing)) | ((which == c.past(which)) & (text == c.past(text))))
@@ -97,6 +97,12 @@ def describe(c: Contract, dut: GCodeLister) -> None:
                       of_modes, Array([Operand.TOOL, Operand.FEED, Operand.SPEED])[place - 9],
                       Mux(of_probed, Operand.PROBED + probe_axis,
                           Mux(count == 27, Operand.LENGTH, Array(PLACES)[group] + axis))))
+    unit = Mux(dut.inches, 2540, 1000)  # nm
+    # A feed is three times as large when it is divided; in nm/s it is 60 times as much a minute.
+    c.implication("divisor", "What a word is divided by depends on the unit of reports, and of a "
+                  "feed on G93.", when=state("DIVIDE"), then=c.signal("per") == Mux(
+                      ~of_modes, unit, Mux(place != 10, 10**6, Mux(
+                          modes.inverse, Mux(dut.inches, 10**5, 10**6), unit * 50))))
     c.implication("word-is-divided", "It is taken, and divided, before it is offered.",
                   when=kept & c.past(reads & divided), then=state("TAKE"))
 

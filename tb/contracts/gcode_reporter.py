@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from amaranth import Cat, Fragment, Mux, Value
+from amaranth import Array, Cat, Fragment, Mux, Value
 
 from fresa.protocol import GCodeReporter, TextSource
 
@@ -101,7 +101,7 @@ def describe(c: Contract, dut: GCodeReporter) -> None:
     c.implication("accessories-wait", "They wait for the fields before.", when=fields.any(),
                   then=c.signal("accessories") == c.kept["accessories"], lemma=True)
     first = (text >= FIRST_FIELD) & (text < PARTS)
-    field = Mux(first, 0, text - BREAK)[:4]
+    field: Bits = Mux(first, 0, text - BREAK)[:4]
     c.implication("fields-in-order", "Its fields are asked for in their order, each once, and "
                   "the accessories are those of its begin.",
                   when=goes_on & c.past(fields.any()) & (fields != c.past(fields)),
@@ -118,6 +118,14 @@ def describe(c: Contract, dut: GCodeReporter) -> None:
                   then=dut.reporting & (began | fields[FIELDS - 1]))
     c.implication("nothing-within-a-report", "Nothing else is taken meanwhile.",
                   when=dut.reporting, then=~readies.any())
+
+    # Units: marks of numbers say what their decimals depend on
+    inches = c.keep(1, name="inches")
+    with c.m.If(state("REST") | c.rst):
+        c.m.d.sync += inches.eq(dut.inches & ~c.rst)
+    c.invariant("decimals", "A number has the decimals of its unit, which is that before its line.",
+                state("FAULT") | (writer.decimals == Array(
+                    [0, inches, 3, 3 + inches])[c.signal("item")[4:6]]), cover=inches)
 
     # What comes first
     rests = goes_on & c.past(state("REST") & ~c.rst)
@@ -175,7 +183,7 @@ def make(*, brief: bool = False, **parameters: Any) -> GCodeReporter:
     if brief:
         Fragment.get(dut.texts, None)  # else Amaranth warns that it is unused
         dut.texts = TextSource([
-            bytes([next((byte for byte in text if byte >> 2 == 0x90 >> 2), text[0])])
+            bytes([next((byte for byte in text if byte & 0xCF == 0x8B), text[0])])
             for text in dut.texts.texts])
     return dut
 

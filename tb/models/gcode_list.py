@@ -9,7 +9,7 @@ HELP = b"[HLP:$$ $# $G $I $N $x=val $J=line $SLP $C $X $H $RST= ~ ! ? ctrl-x]\r\
 
 
 def listed(which: str, *, modes: Mapping[str, int], words: Mapping[int, int],
-           options: str = "V,63,128", probed: bool = False) -> bytes:
+           options: str = "V,63,128", probed: bool = False, inches: bool = False) -> bytes:
     """Return what ``$``, ``$G``, ``$#``, ``$I`` or ``$N`` lists; of ``PRB``, what ends ``$#``.
 
     Parameters
@@ -25,6 +25,8 @@ def listed(which: str, *, modes: Mapping[str, int], words: Mapping[int, int],
         Of the build.
     probed : bool
         The probe has touched in the last probing.
+    inches : bool
+        Lengths are in inches, and the feed as well.
     """
     match which:
         case "":
@@ -34,34 +36,36 @@ def listed(which: str, *, modes: Mapping[str, int], words: Mapping[int, int],
         case "N":
             return b"$N0=\r\n$N1=\r\n"
         case "G":
-            return _modes(modes, words)
+            return _modes(modes, words, inches)
         case "PRB":
-            return _probed(words, probed)
+            return _probed(words, probed, inches)
     # Origins of the systems from 16 on, of G28 and G30 from 38, the offset of G92 from 34
     places = {**{54 + system: 16 + 3 * system for system in range(6)}, 28: 38, 30: 41, 92: 34}
-    lines = [f"[G{number}:{_place(words, at)}]" for number, at in places.items()]
-    lines.append(f"[TLO:{_length(words[37])}]")
-    return "".join(f"{line}\r\n" for line in lines).encode() + _probed(words, probed)
+    lines = [f"[G{number}:{_place(words, at, inches)}]" for number, at in places.items()]
+    lines.append(f"[TLO:{_length(words[37], inches)}]")
+    return "".join(f"{line}\r\n" for line in lines).encode() + _probed(words, probed, inches)
 
 
-def _probed(words: Mapping[int, int], probed: bool) -> bytes:
-    return f"[PRB:{_place(words, 13)}:{int(probed)}]\r\n".encode()
+def _probed(words: Mapping[int, int], probed: bool, inches: bool) -> bytes:
+    return f"[PRB:{_place(words, 13, inches)}:{int(probed)}]\r\n".encode()
 
 
-def _place(words: Mapping[int, int], at: int) -> str:
-    return ",".join(_length(words[at + axis]) for axis in range(3))
+def _place(words: Mapping[int, int], at: int, inches: bool) -> str:
+    return ",".join(_length(words[at + axis], inches) for axis in range(3))
 
 
-def _modes(modes: Mapping[str, int], words: Mapping[int, int]) -> bytes:
+def _modes(modes: Mapping[str, int], words: Mapping[int, int], inches: bool) -> bytes:
     of = modes.__getitem__
     coolant = [name for name, on in (("M7", of("mist")), ("M8", of("flood"))) if on] or ["M9"]
     spindle = 3 if of("clockwise") else 4 if of("counter_clockwise") else 5
-    feed = Fraction(words[47], 10**6) * (1 if of("inverse") else 60)
+    feed = Fraction(words[47], 10**6)  # mm/s, or 1/min
+    if not of("inverse"):
+        feed = feed * 60 / (Fraction("25.4") if inches else 1)
     motion = {4: "80", 8: "38.2", 9: "38.3", 10: "38.4", 11: "38.5"}
     said = [f"G{motion.get(of('motion'), of('motion'))}",
             f"G{54 + of('system')}", f"G{17 + of('plane')}", "G20" if of("inches") else "G21",
             "G91" if of("relative") else "G90", "G93" if of("inverse") else "G94",
-            f"M{spindle}", *coolant, f"T{words[49] // 10**6}", f"F{_rounded(feed)}",
+            f"M{spindle}", *coolant, f"T{words[49] // 10**6}", f"F{_decimal(feed, int(inches))}",
             f"S{_rounded(Fraction(words[48], 10**6))}"]
     return f"[GC:{' '.join(said)}]\r\n".encode()
 
@@ -71,6 +75,13 @@ def _rounded(value: Fraction) -> int:
     return int(value + Fraction(1, 2)) if value >= 0 else -int(-value + Fraction(1, 2))
 
 
-def _length(nanometres: int) -> str:
-    um = _rounded(Fraction(nanometres, 1000))
-    return f"{'-' if um < 0 else ''}{abs(um) // 1000}.{abs(um) % 1000:03}"
+def _decimal(value: Fraction, decimals: int) -> str:
+    whole, rest = divmod(abs(_rounded(value * 10**decimals)), 10**decimals)
+    point = f".{rest:0{decimals}}" if decimals else ""
+    return f"{'-' if _rounded(value * 10**decimals) < 0 else ''}{whole}{point}"
+
+
+def _length(nanometres: int, inches: bool) -> str:
+    if inches:
+        return _decimal(Fraction(nanometres, 25_400_000), 4)
+    return _decimal(Fraction(nanometres, 10**6), 3)

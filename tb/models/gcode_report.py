@@ -26,7 +26,8 @@ class Sample:
     """What a report shows: positions in um, feed in mm/min, speed in rpm, letters of pins.
 
     Overrides are in percent: of feed, rapids and spindle. Accessories are letters, too. What it
-    shows is that of $10, of which two bits count.
+    shows is that of $10, of which two bits count. In inches positions have four decimals, and the
+    feed has one.
     """
 
     state: str = "Idle"
@@ -41,6 +42,7 @@ class Sample:
     overrides: Sequence[int] = (100, 100, 100)
     accessories: str = ""
     shown: int = 3
+    inches: bool = False
 
 
 @dataclass
@@ -66,16 +68,19 @@ class Reports:
         state = sample.state
         if state in ("Hold", "Door"):
             state += f":{sample.substate}"
-        fields = [state, f"{'MPos' if sample.shown & 1 else 'WPos'}:{_vector(sample.position)}"]
+        decimals = 4 if sample.inches else 3
+        fields = [state, f"{'MPos' if sample.shown & 1 else 'WPos'}:"
+                  f"{_vector(sample.position, decimals)}"]
         if sample.shown & 2:
             fields.append(f"Bf:{sample.blocks},{sample.room}")
-        fields.append(f"FS:{sample.feed},{sample.speed}")
+        feed = _decimal(sample.feed, 1) if sample.inches else sample.feed
+        fields.append(f"FS:{feed},{sample.speed}")
         if sample.pins:
             fields.append(f"Pn:{sample.pins}")
         self.since_overrides += 1
         if self.since_origin >= self.every_origin:
             self.since_origin, self.every_origin = 1, 30 if moves else 10
-            fields.append(f"WCO:{_vector(sample.origin)}")
+            fields.append(f"WCO:{_vector(sample.origin, decimals)}")
         else:
             self.since_origin += 1
             if self.since_overrides > self.every_overrides:
@@ -96,6 +101,10 @@ def alarm(number: int) -> bytes:
     return b"ALARM:%d\r\n" % number
 
 
-def _vector(values: Sequence[int]) -> str:
-    return ",".join(f"{'-' if value < 0 else ''}{abs(value) // 1000}.{abs(value) % 1000:03}"
-                    for value in values)
+def _vector(values: Sequence[int], decimals: int) -> str:
+    return ",".join(_decimal(value, decimals) for value in values)
+
+
+def _decimal(value: int, decimals: int) -> str:
+    whole, rest = divmod(abs(value), 10**decimals)
+    return f"{'-' if value < 0 else ''}{whole}.{rest:0{decimals}}"

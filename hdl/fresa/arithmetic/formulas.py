@@ -73,6 +73,10 @@ class Registers:
             self.word(name, init=high)
             self.word(f"{name}.low", init=low)
 
+    def another(self, name: str, of: str) -> None:
+        """Give a register a second name, for formulas in which it is something else."""
+        self._add(name, self.numbers[of])
+
     def _add(self, name: str, number: int) -> None:
         if name in self.numbers:
             raise ValueError(f"there are two registers {name!r}")

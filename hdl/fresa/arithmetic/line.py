@@ -95,6 +95,8 @@ def line_registers(depth: int) -> Registers:
     registers.word("path", "speed_now", "spindle", "feed", "fastest", "hundredth",
                    "acceleration", "ticks", "clock", "deviation", "exponent", "a", "b", "flag",
                    "zero")
+    registers.another("unit", "path")
+    registers.another("unit_of_speed", "fastest")
     registers.word("override", init=100 << OVERRIDE_SHIFT)
     for name, value in {"1": 1, "60": 60, "1e3": 1000, "1e6": 10**6,
                         "1e9": 10**9, "9": 9, "14": 14, "28": 28, "37": WIDTH + 1, "40": MAX_TICKS,
@@ -328,7 +330,7 @@ def _accept() -> Rows:
 
 
 def nearest(sign: str, divisor: str, to: str, *, without: str = "zero") -> Rows:
-    """Take ``product`` / `divisor`, to the nearest, with the sign of a register, or a difference."""
+    """Take ``product`` / `divisor`, to the nearest, with the sign of another, or a difference."""
     yield "SHIFT_RIGHT", divisor, "1", "part"
     yield "ADD", "product.low", "part", "product.low"
     yield "ADD_CARRY", "product", "zero", "product"
@@ -338,16 +340,22 @@ def nearest(sign: str, divisor: str, to: str, *, without: str = "zero") -> Rows:
 
 
 def _report() -> Rows:
-    """Take the positions of the axes in nm, the speed in mm/min, and that of the spindle in rpm."""
+    """Take the positions of the axes in nm, the speed in mm/min, and that of the spindle in rpm.
+
+    The ``unit``, of so many nm, is a um or a ten thousandth of an inch, with which the speed is in
+    tenths of an inch.
+    """
     for axis in AXES:
         steps = f"steps_now_{axis}"
         yield from magnitude(steps, "zero", "a")
         yield "MULTIPLY", "a", "1e9", "product"
         yield "SHIFT_LEFT", "product", "9", "product"
         yield from nearest(steps, f"steps_{axis}", f"position_{axis}")
-    for name, factor in ("speed_now", "60"), ("spindle", "1"):
+    yield "MULTIPLY", "unit", "1e3", "product"
+    yield "ADD", "product.low", "zero", "unit_of_speed"
+    for name, factor, unit in ("speed_now", "60", "unit_of_speed"), ("spindle", "1", "1e6"):
         yield "MULTIPLY", name, factor, "product"
-        yield from nearest("zero", "1e6", name)
+        yield from nearest("zero", unit, name)
 
 
 def _work() -> Rows:
@@ -357,12 +365,12 @@ def _work() -> Rows:
 
 
 def _round() -> Rows:
-    """Take the positions, counted from ``to_*``, in um."""
+    """Take the positions, counted from ``to_*``, in units."""
     for axis in AXES:
         position, origin = f"position_{axis}", f"to_{axis}"
         yield from magnitude(position, origin, "a")
         yield "MULTIPLY", "a", "1", "product"
-        yield from nearest(position, "1e3", position, without=origin)
+        yield from nearest(position, "unit", position, without=origin)
 
 
 def _begin() -> Rows:
@@ -387,7 +395,7 @@ TABLES = (FormulaTable.of("line", REGISTERS, _line()),
           FormulaTable.of("round", REGISTERS, _round()),
           FormulaTable.of("work", REGISTERS, _work()))
 """Tables of formulas: what a line needs, what makes its end the next start, where the axes are,
-what makes that the next start, positions in um, and that these are those of work."""
+what makes that the next start, positions in units, and that these are those of work."""
 
 
 def line_formulas(line: Line | None = None) -> Formulas:

@@ -626,8 +626,8 @@ class GCode(MachineComponent):
             m.d.comb += [stored.shown.eq(reporter.stored),
                          stored.wanted.eq(reporter.stored_wanted)]
             connect(m, stored.text, reporter.stored_text)
-        self._reports(m, control, planner, motion, reporter, switches, store,
-                      configures | gate.configure)
+        self._reports(m, control, gate, planner, motion, lister, reporter, switches, store,
+                      configures)
         if probing is not None:
             self._probe(m, control, renewed, gate, lister, planner, motion, probing,
                         switches[AXES], checks=checks, settling=settling)
@@ -1020,9 +1020,9 @@ class GCode(MachineComponent):
             control.hard_limit.eq((switches[:AXES].any() | on[-1]) & flags.hard)]
         return contacts
 
-    def _reports(self, m: Module, control: GCodeControl, planner: GCodePlanner,
-                 motion: BlockMotion, reporter: GCodeReporter, switches: Value,
-                 store: GCodeSettingStore, configures: Value) -> None:
+    def _reports(self, m: Module, control: GCodeControl, gate: GCodeGate, planner: GCodePlanner,
+                 motion: BlockMotion, lister: GCodeLister, reporter: GCodeReporter,
+                 switches: Value, store: GCodeSettingStore, configures: Signal) -> None:
         """Compute each report that is wanted, then have it sent; the numbers stay meanwhile.
 
         So does what it shows: settings are taken between reports, and new ones count for these when
@@ -1030,9 +1030,10 @@ class GCode(MachineComponent):
         """
         wanted = Signal()
         computed = Signal()  # and the reporter has not begun yet
-        shown = Signal.like(store.flags.shown)
+        flags, quiet = store.flags, Signal()
+        shown, inches = Signal.like(flags.shown), Signal()
         with m.If(planner.begin):
-            m.d.sync += shown.eq(store.flags.shown)
+            m.d.sync += [shown.eq(flags.shown), inches.eq(flags.inches)]
         with m.If(control.report):
             m.d.sync += wanted.eq(1)
         with m.If(planner.reported):
@@ -1040,9 +1041,11 @@ class GCode(MachineComponent):
         with m.If(reporter.reporting):
             m.d.sync += computed.eq(0)
         m.d.comb += [
-            planner.report.eq(wanted & ~computed & ~reporter.reporting),
-            planner.configure.eq(configures & ~computed & ~reporter.reporting),
-            planner.work.eq(~shown[0]), reporter.shown.eq(shown),
+            quiet.eq(~computed & ~reporter.reporting),
+            planner.report.eq(wanted & quiet),
+            planner.configure.eq((configures | gate.configure) & quiet),
+            planner.work.eq(shown[0] == 0), reporter.shown.eq(shown),
+            *(each.inches.eq(inches) for each in (planner, lister, reporter)),
             reporter.request.eq(planner.reported),
             reporter.state.eq(control.state), reporter.substate.eq(control.substate),
             reporter.origin_changed.eq(planner.origin_changed),

@@ -43,6 +43,9 @@ __all__ = ["HOMING", "GCodePlanner", "HomingRequest"]
 UM_BITS = 27
 """Bits of a position in um, which reaches to 34 m, with its sign."""
 
+UM, INCH = 1000, 2540
+"""Units of positions in reports, in nm: the second is a ten thousandth of an inch."""
+
 LENGTH_BITS = 31
 """Bits of a travel in steps."""
 
@@ -147,9 +150,9 @@ class _Row(NamedTuple):
     input: str = ""
 
 
-# An even number, as `choose` wants: the last is none.
+# An even number, as `choose` wants.
 _INPUTS = ("steps_now_x", "steps_now_y", "steps_now_z", "spindle", "speed_now", "distance", "feed",
-           "steps", "header", "setting", "thousandths", "flag", "override", "")
+           "steps", "header", "setting", "thousandths", "flag", "override", "unit")
 _FLAGS = "back", "from_switch", "clockwise", "plane"
 
 ROW = data.StructLayout({"do": _Do, "source": 8, "destination": 8, "last": 1, "operand": 1,
@@ -343,7 +346,7 @@ def _home_place() -> Iterable[_Row]:
     yield _Row(_Do.KEEP, _register("a"), _Kept.SWITCH.value)
 
 
-def _keep_um(first: _Kept) -> Iterable[_Row]:
+def _keep_places(first: _Kept) -> Iterable[_Row]:
     """Keep positions: those of a report may be from the origin of work."""
     for name in "xyz":
         yield _Row(_Do.ZERO, 0, _register(f"to_{name}"))
@@ -355,6 +358,7 @@ def _keep_um(first: _Kept) -> Iterable[_Row]:
 
 
 def _steps() -> Iterable[_Row]:
+    yield _input("unit", "unit")
     for name in "xyz":
         yield _input(f"steps_now_{name}", f"steps_now_{name}")
 
@@ -366,14 +370,15 @@ def _report() -> Iterable[_Row]:
     yield _Row(_Do.RUN, _TABLE["report"])
     for name, kept in ("speed_now", _Kept.FEED), ("spindle", _Kept.SPINDLE):
         yield _Row(_Do.KEEP, _register(name), kept.value)
-    yield from _keep_um(_Kept.X)
+    yield from _keep_places(_Kept.X)
 
 
 def _origins() -> Iterable[_Row]:
+    yield _input("unit", "unit")
     for axis, name in enumerate("xyz"):
         for register in "origin", "position":
             yield _Row(_Do.LOAD, Operand.ORIGIN + axis, _register(f"{register}_{name}"))
-    yield from _keep_um(_Kept.ORIGIN_X)
+    yield from _keep_places(_Kept.ORIGIN_X)
 
 
 def _begin() -> Iterable[_Row]:
@@ -515,8 +520,9 @@ class GCodePlanner(wiring.Component):
         rev/min: what is reported.
     report, reported : In(1), Out(1)
         Compute the report, until ``reported``, which is one clock.
-    work : In(1)
-        Its positions are in the coordinates of work, not of the machine; constant meanwhile.
+    work, inches : In(1)
+        Its positions are in the coordinates of work, not of the machine; positions, also those of
+        origins, are in 1/10000 inch, and the speed in 1/10 inch/min. Constant meanwhile.
     shown_address, shown_read, shown : In(4), In(1), Out(signed(27))
         Read a `ReportNumber`, which is out from the second clock on until another is read: as they
         were with the last report, or with the last origin. A procedure that keeps a number waits
@@ -556,7 +562,7 @@ class GCodePlanner(wiring.Component):
             "room": In(1), "steps": In(signed(WIDTH)).array(3), "speed": In(31),
             "spindle_speed": In(WIDTH),
             "feed_override": In(OVERRIDE_BITS), "rapid_override": In(OVERRIDE_BITS),
-            "report": In(1), "reported": Out(1), "work": In(1),
+            "report": In(1), "reported": Out(1), "work": In(1), "inches": In(1),
             "shown_address": In(SHOWN_BITS), "shown_read": In(1), "shown": Out(signed(UM_BITS)),
             "origin_changed": Out(1),
             "begin": In(1), "begun": Out(1),
@@ -619,7 +625,8 @@ class GCodePlanner(wiring.Component):
             header.override, feed=self.feed_override, rapid=self.rapid_override) << OVERRIDE_SHIFT)
         inputs = [*self.steps, self.spindle_speed, self.speed, request.distance,
                   request.feed, request.steps, header.as_value(), self.setting,
-                  request.thousandths, flag, override, Const(0)]
+                  request.thousandths, flag, override,
+                  Mux(self.inches, INCH, UM)]
         code = Signal.like(row.input)
         other = Signal(WIDTH)  # what comes neither from a register nor an operand, a clock later
         m.d.sync += [code.eq(row.input), other.eq(choose(inputs, code, WIDTH))]

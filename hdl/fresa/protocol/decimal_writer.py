@@ -36,16 +36,16 @@ class DecimalWriter(wiring.Component):
         Bits of a number, from 5 to 32.
     is_signed : bool
         It may be negative.
-    decimals : int
-        Decimals of a number with a point, less than digits of the largest; 0 if none has any.
+    most_decimals : int
+        Most decimals that a number has, less than digits of the largest; 0 if none has any.
 
     Members
     -------
     numbers : In(stream.Signature)
         Numbers to write.
-    pointed : In(1)
-        Write the number that is taken with a point before its last ``decimals`` digits, and at
-        least a digit before the point. Only if ``decimals`` is not 0.
+    decimals : In(range(most_decimals + 1))
+        Write the number that is taken with a point before so many of its digits, and at least a
+        digit before the point; 0 for no point. Only if ``most_decimals`` is not 0.
     bytes : Out(stream.Signature(8))
         Their bytes.
     fault : Out(1)
@@ -54,16 +54,17 @@ class DecimalWriter(wiring.Component):
     Raises
     ------
     ValueError
-        If ``width`` or ``decimals`` is out of range.
+        If ``width`` or ``most_decimals`` is out of range.
     """
 
-    def __init__(self, *, width: int = 32, is_signed: bool = False, decimals: int = 0) -> None:
+    def __init__(self, *, width: int = 32, is_signed: bool = False, most_decimals: int = 0
+                 ) -> None:
         self.shape = number_shape(in_range("width of a number", width, 5, 32), is_signed)
         self.digits = len(str(2 ** (width - is_signed) - (not is_signed)))
-        self.decimals = in_range("decimals", decimals, 0, self.digits - 1)
+        self.most_decimals = in_range("most_decimals", most_decimals, 0, self.digits - 1)
         super().__init__({
             "numbers": In(stream.Signature(self.shape)),
-            **({"pointed": In(1)} if decimals else {}),
+            **({"decimals": In(range(most_decimals + 1))} if most_decimals else {}),
             "bytes": Out(stream.Signature(8)),
             "fault": Out(1),
         })
@@ -79,11 +80,11 @@ class DecimalWriter(wiring.Component):
         shown = Signal()  # the digit, even if it is a leading zero: one is written, or it is needed
         after = Signal(signed(self.shape.width + 1))
         m.d.comb += after.eq(left - power)
-        pointed = None
+        decimals = None
         needs_next = place == 1  # a digit at the next place
-        if self.decimals:
-            pointed = Signal()
-            needs_next |= pointed & (place <= self.decimals + 1)
+        if self.most_decimals:
+            decimals = Signal.like(self.decimals)
+            needs_next = place <= decimals + 1
 
         def pass_place() -> None:
             m.d.sync += [place.eq(place - 1),
@@ -99,10 +100,10 @@ class DecimalWriter(wiring.Component):
                     digit.eq(0),
                     shown.eq(0),
                 ]
-                if pointed is not None:
-                    m.d.sync += pointed.eq(self.pointed)
-                    if self.decimals == first:
-                        m.d.sync += shown.eq(self.pointed)
+                if decimals is not None:
+                    m.d.sync += decimals.eq(self.decimals)
+                    if self.most_decimals == first:
+                        m.d.sync += shown.eq(self.decimals == first)
                 with m.If(self.numbers.valid):
                     m.next = "COUNT"
                     if self.shape.signed:
@@ -135,11 +136,11 @@ class DecimalWriter(wiring.Component):
                     m.next = "COUNT"
                     with m.If(place == 0):
                         m.next = "REST"
-                    if pointed is not None:
-                        with m.Elif(pointed & (place == self.decimals)):
+                    if decimals is not None:
+                        with m.Elif(place == decimals):
                             m.next = "POINT"
 
-            if self.decimals:
+            if self.most_decimals:
                 with m.State("POINT"):
                     m.d.comb += [self.bytes.valid.eq(1), self.bytes.payload.eq(ord("."))]
                     with m.If(self.bytes.ready):

@@ -68,19 +68,26 @@ LENGTH, PROBED = len(SYSTEMS), len(SYSTEMS) + 1
 MIST = 7
 """Turn of the first word of coolant, among the modes."""
 
-PER_UM, PER_ONE, PER_FEED = 1000, 1_000_000, 50_000
-"""Units of a length in 1 um; of a number in 1; and a third of the nm/s of 1000 mm/min."""
+PER_ONE = 1_000_000
+"""Units of a number in 1."""
 
 
 DOUBLE, TRIPLE = choice_code(0), choice_code(1)
 
 
 class GCodeUnit(enum.Enum, shape=unsigned(2)):
-    """What a word is divided by."""
+    """What a word is divided by, which `DIVISORS` has."""
 
-    UM = 0
+    LENGTH = 0
     ONE = 1
     FEED = 2
+    INVERSE = 3  # the feed in G93
+
+
+DIVISORS = {GCodeUnit.LENGTH: (1000, 2540), GCodeUnit.ONE: (PER_ONE, PER_ONE),
+            GCodeUnit.FEED: (50_000, 127_000), GCodeUnit.INVERSE: (PER_ONE, PER_ONE // 10)}
+"""Units of a word in one that is listed, without and with inches: in 1 um and 1/10000 inch; of a
+number in 1; a third of the 10**-6 nm a minute in 1 mm and 1/10 inch; of a number in 1 and 1/10."""
 
 
 CHOICE = data.StructLayout({
@@ -104,6 +111,8 @@ class GCodeLister(wiring.Component):
     PROBED       only the last of these lines, in three parts, too
     ===========  ============================================================================
 
+    With ``inches`` lengths are in 1/10000 inch, and the feed in 1/10 inch/min, or tenths of 1/min.
+
     A number is read by its address and divided serially, rounded half away from zero, but that of
     the tool towards 0. A part is offered three clocks after ``start``, or after the one before was
     taken, and one with such a number ``width`` + 7 clocks later.
@@ -120,7 +129,9 @@ class GCodeLister(wiring.Component):
     list : In(GCodeList)
         Which, constant until ``done``.
     modes : In(GCodeModes)
-        The modes; they, ``probed`` and all words are constant until ``done``.
+        The modes; they, ``inches``, ``probed`` and all words are constant until ``done``.
+    inches : In(1)
+        List in inches.
     probed : In(1)
         The probe has touched in the last probing.
     address, word : Out(6), In(signed(width))
@@ -141,8 +152,8 @@ class GCodeLister(wiring.Component):
     def __init__(self, *, width: int = 44) -> None:
         self.width = in_range("width", width, 4, 64)
         super().__init__({
-            "start": In(1), "list": In(GCodeList), "modes": In(GCodeModes), "probed": In(1),
-            "address": Out(6), "word": In(signed(self.width)),
+            "start": In(1), "list": In(GCodeList), "modes": In(GCodeModes), "inches": In(1),
+            "probed": In(1), "address": Out(6), "word": In(signed(self.width)),
             "parts": Out(stream.Signature(LISTED)), "done": Out(1), "fault": Out(1),
         })
 
@@ -182,12 +193,9 @@ class GCodeLister(wiring.Component):
         per = Signal(range(PER_ONE + 1))
         left, fits = Signal(range(2 * PER_ONE)), Signal()
         below = Signal(signed(len(left) + 1))  # what is left without `per`
-        with m.Switch(chosen.unit):
-            for unit, units in ((GCodeUnit.UM, PER_UM), (GCodeUnit.FEED, PER_FEED),
-                                (GCodeUnit.ONE, PER_ONE)):
-                with m.Case(unit):
-                    m.d.comb += per.eq(units)
+        divisors = [each[inches] for inches in range(2) for each in DIVISORS.values()]
         m.d.comb += [
+            per.eq(look_up(divisors, Cat(chosen.unit.as_value(), self.inches), len(per))),
             left.eq(Cat(number[-1], remainder)), below.eq(left - per), fits.eq(below[-1] == 0),
             addend.eq(choose([number, number << 1], added, len(number))),
             total.eq(add_choice(number, addend)),
@@ -282,13 +290,12 @@ class GCodeLister(wiring.Component):
         m.d.comb += [
             choice.text.eq(look_up([each.value for each in texts], turn, 5)),
             choice.address.eq(look_up(places, turn, 6)), choice.divides.eq(turn >= MIST + 2),
-            choice.unit.eq(look_up([each.value for each in units], turn, 2)),
+            # As one more bit G93 leaves ONE, and makes INVERSE of FEED.
+            choice.unit.eq(look_up([each.value for each in units], turn, 2) | modes.inverse),
             choice.ends.eq(turn == MIST + 4), choice.last.eq(turn == MIST + 4),
         ]
         with m.If((turn == 0) & probes):
             m.d.comb += choice.text.eq(GCodeText.PROBE_MOTION)
-        with m.If(modes.inverse):
-            m.d.comb += choice.unit.eq(GCodeUnit.ONE)
 
     def _coordinates(self, m: Module, turn: Signal, axis: Signal, choice: data.View) -> None:
         """Choose one of the coordinates."""
@@ -297,7 +304,7 @@ class GCodeLister(wiring.Component):
         texts = [GCodeText.COORDINATES, GCodeText.AXIS, GCodeText.LAST_AXIS, GCodeText.LENGTH,
                  GCodeText.PROBED, GCodeText.AXIS, GCodeText.LAST_PROBED]
         m.d.comb += [
-            choice.unit.eq(GCodeUnit.UM), choice.divides.eq(1),
+            choice.unit.eq(GCodeUnit.LENGTH), choice.divides.eq(1),
             choice.last.eq(probed & (axis == 2)), choice.ends.eq((axis == 2) | length),
             choice.code.eq(look_up(codes, turn, 8) | (probed & self.probed)),
             choice.address.eq(

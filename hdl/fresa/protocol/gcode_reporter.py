@@ -51,12 +51,12 @@ class GCodeMessage(enum.Enum, shape=4):
 class ReportNumber(IntEnum):
     """Number that the planner computes for reports, by its address there."""
 
-    FEED = 3  # mm/min
+    FEED = 3  # mm/min, or 1/10 inch/min
     SPINDLE = 4  # rev/min
-    X = 8  # position of the machine, or of work, um
+    X = 8  # position of the machine, or of work, um, or 1/10000 inch
     Y = 9
     Z = 10
-    ORIGIN_X = 12  # of the work coordinates, um
+    ORIGIN_X = 12  # of the work coordinates, likewise
     ORIGIN_Y = 13
     ORIGIN_Z = 14
 
@@ -76,21 +76,24 @@ NOTICES = {
     GCodeMessage.RESTORING: b"Restoring defaults",
 }
 
-# In texts a byte 1000xxxx stands for a number, with a point where bit 3 is set, but not all of the
-# lowest four; 100100xx for a stored text; and 11xxxxxx for a letter, without the highest bit, that
-# is sent if the next of the pins is on.
-CODE, BLOCKS, BYTES, WHOLE, DECIMAL = 0x80, 0x81, 0x82, 0x85, 0x8B
+# In texts a byte 10kknnnn stands for the number n, with decimals by its kind k, or for the stored
+# text k; and 11xxxxxx for a letter, without the highest bit, that is sent if the next pin is on.
+RATE, DECIMAL, LENGTH = 0x10, 0x20, 0x30
+"""Kinds of numbers: one decimal in inches, otherwise none; three; four in inches, otherwise three.
+Others have none."""
+
+CODE, BLOCKS, BYTES, VALUE = 0x80, 0x81, 0x82, 0x85
 SHOWN = tuple(0x80 | number for number in ReportNumber)
 """Marks of the numbers that are read."""
 
 OVERRIDES = 0x86, 0x87, 0x8F
-"""Marks of percentages, of which none has a point."""
+"""Marks of percentages."""
 
-STORED = 0x90
-"""Mark of a stored text, with its number in the lowest two bits."""
+STORED = 0x8B
+"""Mark of stored texts, with the number of one as its kind."""
 
-FEED, SPEED, *PLACES = SHOWN
-POSITION, ORIGIN = tuple(PLACES[:3]), tuple(PLACES[3:])
+FEED, SPEED = SHOWN[0] | RATE, SHOWN[1]
+POSITION, ORIGIN = (tuple(mark | LENGTH for mark in SHOWN[first:first + 3]) for first in (2, 5))
 
 FIRST_FIELDS = tuple(
     b"|%b:%c,%c,%c" % (name, *POSITION) + free + b"|FS:%c,%c" % (FEED, SPEED)
@@ -135,11 +138,12 @@ class GCodeReporter(wiring.Component):
     the next part, or, if the list is abandoned, the end of the line.
 
     A report is ``<state|MPos:x,y,z|Bf:blocks,bytes|FS:feed,speed>``, or what of it is to be
-    ``shown``, with further fields before its end: ``Pn:`` and the letters of the pins that are on, if any is; ``WCO:`` in the first
-    report, in the first after `origin_changed`, and in every 30th after that, every 10th in a state
-    in which nothing moves; ``Ov:`` in the next report, in the first without ``WCO:`` after
-    `overridden`, and then in every 20th or 10th that has no ``WCO:``, with ``A:`` and the letters
-    of the accessories behind it, if any is on. Requests while one waits are dropped.
+    ``shown``, with further fields before its end: ``Pn:`` and the letters of the pins that are on,
+    if any is; ``WCO:`` in the first report, in the first after `origin_changed`, and in every 30th
+    after that, every 10th in a state in which nothing moves; ``Ov:`` in the next report, in the
+    first without ``WCO:`` after `overridden`, and then in every 20th or 10th that has no ``WCO:``,
+    with ``A:`` and the letters of the accessories behind it, if any is on. Requests while one waits
+    are dropped.
 
     The texts are in one ROM, together with marks where numbers and letters of pins belong, and one
     writer of decimal numbers serves them all. A number is read when its mark comes, or sampled when
@@ -199,6 +203,9 @@ class GCodeReporter(wiring.Component):
         Its digit, for HOLD and DOOR.
     shown : In(2)
         ``MPos:``, otherwise ``WPos:``; ``Bf:``. Constant while ``reporting`` is 1.
+    inches : In(1)
+        Lengths are in 1/10000 inch, not in um, and rates in 1/10 inch a minute, not in mm; other
+        values of parts are as they are. Sampled before each line.
     number_address, number_read, number : Out(4), Out(1), In(signed(position_bits))
         Read another number, a `ReportNumber`, which is there from the second clock on. At other
         addresses none is of interest. Never in two clocks in succession.
@@ -236,13 +243,13 @@ class GCodeReporter(wiring.Component):
         for note in notes:
             if not (note.isascii() and note.isprintable()) or "[" in note or "]" in note:
                 raise ValueError(f"a note is printable ASCII without brackets, not {note!r}")
-        stored = [bytes([STORED + number]) if stores else b"" for number in range(4)]
+        stored = [bytes([STORED | number << 4]) if stores else b"" for number in range(4)]
         build = b"".join(b"[%b]\r\n" % line for line in (
             b"VER:1.1h.20190830:" + stored[3], f"OPT:{options},{blocks},{receive}".encode(),
             *(f"MSG:{note}".encode() for note in notes)))
         self.texts = TextSource(_texts(GREETINGS[dialect], build, stored), slot=32)
         self._writer = DecimalWriter(width=max(position_bits, SETTING_BITS + 1), is_signed=True,
-                                     decimals=3)
+                                     most_decimals=4)
         super().__init__({
             "answers": In(stream.Signature(8)),
             "alarms": In(stream.Signature(5)),
@@ -250,6 +257,7 @@ class GCodeReporter(wiring.Component):
             "listed": In(stream.Signature(LISTED)), "abandon": In(1),
             "request": In(1), "reporting": Out(1),
             "state": In(GCodeState), "substate": In(2), "shown": In(2),
+            "inches": In(1),
             "number_address": Out(4), "number_read": Out(1), "number": In(signed(position_bits)),
             "origin_changed": In(1), "overridden": In(1), "overrides": In(8).array(3),
             "accessories": In(4), "free_blocks": In(8), "free_bytes": In(8), "pins": In(8),
@@ -275,6 +283,7 @@ class GCodeReporter(wiring.Component):
         value = Signal.like(self.listed.p.value)
         part_open = Signal()  # the line of a list goes on with another part
         abandoned = Signal()  # which does not come
+        inches = Signal()  # of this line
         samples = Signal()
         has_origin, has_overrides = self._intermittent(m, samples)
         with m.If(self.request):
@@ -297,23 +306,23 @@ class GCodeReporter(wiring.Component):
 
         source = Signal(5)  # of a number, by a code
         codes = {mark & 0xF: choice_code(number)
-                 for number, mark in enumerate((SHOWN[0], WHOLE, CODE, BLOCKS, BYTES, *OVERRIDES))}
+                 for number, mark in enumerate((SHOWN[0], VALUE, CODE, BLOCKS, BYTES, *OVERRIDES))}
         codes |= {mark & 0xF: codes[SHOWN[0] & 0xF] for mark in SHOWN}
-        codes[DECIMAL & 0xF] = codes[WHOLE & 0xF]
         m.d.comb += [self.number_address.eq(item), self.number_read.eq(full & ~read)]
         m.d.sync += source.eq(look_up([codes.get(mark, 0) for mark in range(16)],
                                       item[:4], len(source)))
 
         is_pin, is_sent, is_stored = Signal(), Signal(), Signal()
         m.d.comb += [
-            is_pin.eq(item[6:8] == 0b11), is_stored.eq(item[4:8] == STORED >> 4),
+            is_pin.eq(item[6:8] == 0b11),
+            is_stored.eq((item[:4] == STORED & 0xF) & (item[6:] == STORED >> 6)),
             is_sent.eq((item[7] == 0) | (is_pin & pins[0])),
-            self.stored.eq(item), self.stored_wanted.eq(full & is_stored),
+            self.stored.eq(item[4:]), self.stored_wanted.eq(full & is_stored),
             texts.numbers.payload.eq(text),
             writer.numbers.payload.eq(choose(
                 [self.number, value, code, self.free_blocks, self.free_bytes, *self.overrides],
                 source, self._writer.shape.width)),
-            writer.pointed.eq(item[3] & ~item[:3].all()),
+            writer.decimals.eq(Mux(item[5], Mux(item[4] & inches, 4, 3), item[4] & inches)),
             writer.bytes.ready.eq(self.bytes.ready),
             self.bytes.valid.eq(writer.bytes.valid),
             self.bytes.payload.eq(Mux(writer.numbers.ready, Mux(
@@ -331,7 +340,8 @@ class GCodeReporter(wiring.Component):
 
         with m.FSM(name="reporter_state") as fsm:
             with m.State("REST"):
-                m.d.sync += [takes_alarm.eq(0), takes_message.eq(0), takes_answer.eq(0)]
+                m.d.sync += [takes_alarm.eq(0), takes_message.eq(0), takes_answer.eq(0),
+                             inches.eq(self.inches)]
                 with m.If(self.alarms.valid):
                     m.d.sync += takes_alarm.eq(1)
                     m.next = "TAKE"
@@ -494,15 +504,16 @@ def _lists(build: bytes, stored: Sequence[bytes]) -> dict[GCodeText, bytes]:
         GCodeText.REFUSED_FIRST: b">%b:error:%c\r\n" % (stored[1], CODE),
         GCodeText.RAN_SECOND: b">%b:ok\r\n" % stored[2],
         GCodeText.REFUSED_SECOND: b">%b:error:%c\r\n" % (stored[2], CODE),
-        GCodeText.MOTION: b"[GC:G%c" % WHOLE, GCodeText.G: b" G%c" % WHOLE,
-        GCodeText.M: b" M%c" % WHOLE, GCodeText.TOOL: b" T%c" % WHOLE,
-        GCodeText.FEED: b" F%c" % WHOLE, GCodeText.SPEED: b" S%c]\r\n" % WHOLE,
-        GCodeText.COORDINATES: b"[G%c:%c" % (CODE, DECIMAL), GCodeText.AXIS: b",%c" % DECIMAL,
-        GCodeText.LAST_AXIS: b",%c]\r\n" % DECIMAL,
-        GCodeText.LENGTH: b"[TLO:%c]\r\n" % DECIMAL,
-        GCodeText.PROBED: b"[PRB:%c" % DECIMAL,
-        GCodeText.LAST_PROBED: b",%c:%c]\r\n" % (DECIMAL, CODE),
-        GCodeText.PROBE_MOTION: b"[GC:G38.%c" % WHOLE,
-        GCodeText.WHOLE_SETTING: b"$%c=%c\r\n" % (CODE, WHOLE),
-        GCodeText.DECIMAL_SETTING: b"$%c=%c\r\n" % (CODE, DECIMAL),
+        GCodeText.MOTION: b"[GC:G%c" % VALUE, GCodeText.G: b" G%c" % VALUE,
+        GCodeText.M: b" M%c" % VALUE, GCodeText.TOOL: b" T%c" % VALUE,
+        GCodeText.FEED: b" F%c" % (VALUE | RATE), GCodeText.SPEED: b" S%c]\r\n" % VALUE,
+        GCodeText.COORDINATES: b"[G%c:%c" % (CODE, VALUE | LENGTH),
+        GCodeText.AXIS: b",%c" % (VALUE | LENGTH),
+        GCodeText.LAST_AXIS: b",%c]\r\n" % (VALUE | LENGTH),
+        GCodeText.LENGTH: b"[TLO:%c]\r\n" % (VALUE | LENGTH),
+        GCodeText.PROBED: b"[PRB:%c" % (VALUE | LENGTH),
+        GCodeText.LAST_PROBED: b",%c:%c]\r\n" % (VALUE | LENGTH, CODE),
+        GCodeText.PROBE_MOTION: b"[GC:G38.%c" % VALUE,
+        GCodeText.WHOLE_SETTING: b"$%c=%c\r\n" % (CODE, VALUE),
+        GCodeText.DECIMAL_SETTING: b"$%c=%c\r\n" % (CODE, VALUE | DECIMAL),
     }

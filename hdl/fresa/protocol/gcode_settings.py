@@ -65,6 +65,7 @@ SETTINGS = (
     GCodeSetting(10, "what reports show: 1 position of the machine, not of work, 2 free blocks and "
                  "bytes", 0, 255, False, 3),
     GCodeSetting(11, "junction deviation, mm", 1, 268_435, True, 10),
+    GCodeSetting(13, "reports are in inches", 0, 1, False, 0),
     GCodeSetting(20, "soft limits: motions stay within the travel", 0, 1, False, 0),
     GCodeSetting(21, "hard limits: a limit switch stops the machine", 0, 1, False, 1),
     GCodeSetting(22, "homing: $H, and locked after power-up until then", 0, 1, False, 0),
@@ -134,6 +135,7 @@ class GCodeFlags(data.Struct):
     open: 1
     probe_open: 1
     shown: 2
+    inches: 1
     soft: 1
     hard: 1
     homing: 1
@@ -154,9 +156,9 @@ class SpindleRange(data.Struct):
 
 
 _REGISTERS = {
-    "flags": {"inverted": INVERTED, "open": 5, "probe_open": 6, "shown": 10, "soft": 20, "hard": 21,
-              "homing": 22, "lower": 23, "laser": 32, "strict": 200, "others_open": 202,
-              "servo_low": 210, "servo_high": 211, "backlash_rate": 223},
+    "flags": {"inverted": INVERTED, "open": 5, "probe_open": 6, "shown": 10, "inches": 13,
+              "soft": 20, "hard": 21, "homing": 22, "lower": 23, "laser": 32, "strict": 200,
+              "others_open": 202, "servo_low": 210, "servo_high": 211, "backlash_rate": 223},
     "spindle": {"most": 30, "least": 31}}
 
 

@@ -63,7 +63,7 @@ STORED = (b"$N0=G54G21G90", b"$n1 = m9", b"$N0=", b"$N1=", b"$I=Mine (2)")
 
 ANOTHER = (b"$C", b"$C", b"$SLP", b"$RST=#", b"$RST=*", b"$rst=$", b"$J=G91X0.2F900",
            b"$j=G91Y-.3Z.1F6000", b"$J=X0F9000", *STORED, b"G38.2X.1F6000\n$X\nG0",
-           b"G38.5Z-.2F6000\n$X\nG0", b"$10=0", b"$10=3")
+           b"G38.5Z-.2F6000\n$X\nG0", b"$10=0", b"$10=3", b"$13=1")
 """Lines after which it is not known what others are answered, until a reset."""
 
 
@@ -248,7 +248,8 @@ def _check(findings: Findings, line: Levels, seen: Seen, floods: Floods) -> None
         rb">.*:(?:ok|error:\d+)|\[VER:.*\]|"
         rb"\[(?:HLP|OPT|GC|G\d\d|TLO|PRB):[^\]]*\]?|"  # a reset ends a line of a list
         rb"<(?:Idle|Run|Jog|Hold:[01]|Alarm|Door:[0-3]|Check|Sleep)"
-        rb"\|[MW]Pos:(?:-?\d+\.\d{3},){2}-?\d+\.\d{3}(?:\|Bf:\d+,\d+)?\|FS:\d+,\d+(?:\|.*)?>", text)]
+        rb"\|[MW]Pos:(?:-?\d+\.\d{3,4},){2}-?\d+\.\d{3,4}(?:\|Bf:\d+,\d+)?"
+        rb"\|FS:\d+(?:\.\d)?,\d+(?:\|.*)?>", text)]
     if wrong:
         findings.failures.append(Failure(wrong[0][0], "answer", f"it says {wrong[0][1]!r}"))
     commands = [(clock, byte) for clock, byte, error in received

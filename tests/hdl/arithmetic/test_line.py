@@ -118,7 +118,7 @@ def check_junction(machine: Machine, unit: list[int], before: list[int]) -> None
 class TestTables:
     def test_take_their_clocks(self):
         assert {table.name: table.clocks(36) for table in TABLES} == {
-            "line": 2725, "accept": 69, "report": 723, "begin": 471, "round": 399,
+            "line": 2725, "accept": 69, "report": 755, "begin": 471, "round": 399,
             "work": 21}
 
     @pytest.mark.parametrize("seed", range(4))
@@ -174,15 +174,16 @@ class TestPositions:
             speed = number(rng, 31)
             steps = [rng.choice([0, *(sign * min(34 * each, number(rng, 33)) for sign in (1, -1))])
                      for each in per_metre]
-            spindle = number(rng, 36)
-            machine.set(speed_now=speed, spindle=spindle, **{f"steps_now_{axis}": count
+            spindle, unit = number(rng, 36), rng.choice([1000, 2540])
+            machine.set(unit=unit, speed_now=speed, spindle=spindle, **{f"steps_now_{axis}": count
                                             for axis, count in zip(AXES, steps, strict=True)})
             machine.run("report")
             nanometres = [(1 if count >= 0 else -1)
                           * round_half_up(Fraction(abs(count) * 10**9, each))
                           for count, each in zip(steps, per_metre, strict=True)]
             assert machine.each("position") == nanometres
-            assert machine.get("speed_now") == round_half_up(Fraction(speed * 60, 10**6))
+            assert machine.get("speed_now") == round_half_up(
+                Fraction(speed * 60, 1000 * unit))
             assert machine.get("spindle") == round_half_up(Fraction(spindle, 10**6))
             machine.run("begin")
             assert machine.each("from") == nanometres
@@ -196,7 +197,7 @@ class TestPositions:
             machine.run("work")
             machine.run("round")
             assert machine.each("position") == [
-                (1 if at >= zero else -1) * round_half_up(Fraction(abs(at - zero), 1000))
+                (1 if at >= zero else -1) * round_half_up(Fraction(abs(at - zero), unit))
                 for at, zero in zip(nanometres, origin, strict=True)]
 
 

@@ -81,28 +81,28 @@ class TestDecimalWriter:
               [int(rng.random() < 0.005) for _ in range(clocks)])
 
     def test_points(self):
-        """Some numbers have a point, as many decimals as it says, and a digit before it."""
+        """Numbers have as many decimals as it says, and a digit before the point."""
         with AmaranthEngine(component("writer", DecimalWriter(
-                width=12, is_signed=True, decimals=2))) as engine:
+                width=12, is_signed=True, most_decimals=3))) as engine:
             text, expected = "", ""
             for number in [0, 1, -1, 10, -99, 100, 2047, -2048]:
-                for pointed in (1, 0):
-                    engine.set(numbers_valid=1, numbers_payload=number % 2**12, pointed=pointed,
-                               bytes_ready=1)
+                for decimals in 3, 1, 0, 2:
+                    engine.set(numbers_valid=1, numbers_payload=number % 2**12,
+                               decimals=decimals, bytes_ready=1)
                     engine.run(1)
-                    engine.set(numbers_valid=0, pointed=1 - pointed)
+                    engine.set(numbers_valid=0, decimals=3 - decimals)
                     while not engine.get("numbers_ready"):
                         valid, byte = engine.get("bytes_valid", "bytes_payload")
                         text += chr(byte) if valid else ""
                         engine.run(1)
                     text += " "
-                    expected += f"{number / 100:.2f} " if pointed else f"{number} "
+                    expected += f"{number / 10**decimals:.{decimals}f} "
         assert text == expected
 
     @pytest.mark.parametrize("decimals", [-1, 4])
     def test_impossible_decimals(self, decimals):
         with pytest.raises(ValueError, match=f"from 0 to 3, not {decimals}"):
-            DecimalWriter(width=12, is_signed=True, decimals=decimals)
+            DecimalWriter(width=12, is_signed=True, most_decimals=decimals)
 
     @pytest.mark.parametrize("width", [4, 33])
     def test_impossible(self, width):

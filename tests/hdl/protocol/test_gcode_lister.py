@@ -27,12 +27,13 @@ class Lines(wiring.Component):
     """The lister, with the reporter that sends its parts."""
 
     def __init__(self) -> None:
-        self.reporter = GCodeReporter(options="VC", blocks=31, receive=96)
+        self.reporter = GCodeReporter(options="VC", blocks=31, receive=96, stores=False)
         lines = self.reporter.signature.members
         super().__init__({
             "start": In(1), "list": In(GCodeList), "modes": In(GCodeModes), "probed": In(1),
-            "address": Out(6), "word": In(signed(WIDTH)), "done": Out(1), "reset": In(1),
-            "answers": lines["answers"], "request": In(1), "bytes": lines["bytes"]})
+            "inches": In(1), "address": Out(6), "word": In(signed(WIDTH)), "done": Out(1),
+            "reset": In(1), "answers": lines["answers"], "request": In(1),
+            "bytes": lines["bytes"]})
 
     def elaborate(self, platform) -> Module:
         m = Module()
@@ -44,7 +45,8 @@ class Lines(wiring.Component):
         connect(m, reporter.bytes, flipped(self.bytes))
         m.d.comb += [
             lister.start.eq(self.start), lister.list.eq(self.list), lister.modes.eq(self.modes),
-            lister.probed.eq(self.probed),
+            lister.probed.eq(self.probed), lister.inches.eq(self.inches),
+            reporter.inches.eq(self.inches),
             self.address.eq(lister.address), lister.word.eq(self.word), self.done.eq(lister.done),
             reporter.abandon.eq(self.reset), reporter.request.eq(self.request)]
         return m
@@ -56,7 +58,7 @@ class Host:
     def __init__(self, engine, seed: object = 0) -> None:
         self.engine, self.rng = engine, random.Random(f"{seed}")
         self.modes, self.words, self.sent = dict.fromkeys(MODES, 0), [0] * 64, bytearray()
-        self.probed = False
+        self.probed = self.inches = False
         engine.set(rst=1, answers_valid=0, request=0, reset=0, start=0)
         engine.run(1)
         engine.set(rst=0)
@@ -79,7 +81,8 @@ class Host:
 
     def begin(self, line: str) -> None:
         bits = GCodeModes.const(self.modes).as_bits()
-        self.run(start=1, list=LINES[line].value, modes=bits, probed=self.probed)
+        self.run(start=1, list=LINES[line].value, modes=bits, probed=self.probed,
+                 inches=self.inches)
 
     def list(self, line: str, share: float = 1) -> bytes:
         """Have something listed; return all lines of it."""
@@ -115,6 +118,18 @@ def test_where_the_probe_touched(engine):
     assert host.list("#").count(b"\r\n") == 11
 
 
+def test_inches(engine):
+    host = Host(engine)
+    host.inches = True
+    host.words[16:19] = 25_400_000, -1269, -1270
+    host.words[47] = 423_334  # 1.000001 inch/min
+    host.words[48] = 500 * 10**6
+    assert host.list("G").endswith(b" F1.0 S500]\r\n")
+    assert host.list("#").startswith(b"[G54:1.0000,0.0000,-0.0001]\r\n[G55:0.0000,")
+    host.modes["inverse"], host.words[47] = 1, 2_350_000  # 1/min
+    assert host.list("G").endswith(b" F2.4 S500]\r\n")
+
+
 @pytest.mark.parametrize("motion", MOTIONS)
 def test_each_motion_is_listed(engine, motion):
     host = Host(engine)
@@ -131,6 +146,7 @@ def test_lists_are_those_of_the_model(engine, seed):
     for _ in range(3):
         host.modes = {name: rng.randrange(count) for name, count in MODES.items()}
         host.modes["motion"], host.probed = rng.choice(MOTIONS), rng.random() < 0.5
+        host.inches = rng.random() < 0.5
         host.modes["counter_clockwise"] &= 1 - host.modes["clockwise"]
         host.words = [rng.choice([0, 500, 499, -500,
                                   rng.randint(-2**35, 2**35 - 1) >> rng.randrange(35)])
@@ -141,7 +157,7 @@ def test_lists_are_those_of_the_model(engine, seed):
         for line in LINES:
             assert host.list(line, rng.choice([0.3, 1])) == listed(
                 line, modes=host.modes, words=dict(enumerate(host.words)), options="VC,31,96",
-                probed=host.probed)
+                probed=host.probed, inches=host.inches)
 
 
 @pytest.fixture(scope="module")

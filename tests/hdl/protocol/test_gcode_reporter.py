@@ -38,6 +38,7 @@ class Line:
         self.engine.set(
             state=STATES.index(sample.state), substate=sample.substate,
             free_blocks=sample.blocks, free_bytes=sample.room, shown=sample.shown,
+            inches=sample.inches,
             pins=sum(1 << LETTERS.index(letter) for letter in sample.pins),
             accessories=sum(1 << ACCESSORIES.index(letter) for letter in sample.accessories),
             **{f"overrides_{which}": each for which, each in enumerate(sample.overrides)})
@@ -104,7 +105,8 @@ def random_sample(rng) -> Sample:
         rng.randrange(2**(BITS - 1)) >> rng.randrange(BITS), rng.randrange(30_000),
         "".join(letter for letter in LETTERS if rng.random() < 0.3),
         [rng.randrange(256) for _ in range(3)],
-        "".join(letter for letter in ACCESSORIES if rng.random() < 0.3), rng.randrange(4))
+        "".join(letter for letter in ACCESSORIES if rng.random() < 0.3), rng.randrange(4),
+        rng.random() < 0.5)
 
 
 @pytest.fixture(scope="module")
@@ -144,6 +146,13 @@ def test_reports_word_by_word(line):
 def test_what_it_shows(line, shown, fields):
     text = line.report(Sample("Run", position=(1, -2, 0), blocks=9, room=8, feed=5, shown=shown))
     assert text.decode() == f"<Run|{fields}|FS:5,0|WCO:0.000,0.000,0.000>\r\n"
+
+
+def test_inches(line):
+    sample = Sample("Run", position=(1, -20_000, LEAST), origin=(-9, 10_000, MOST), feed=12,
+                    speed=500, inches=True)
+    assert line.report(sample).decode() == (
+        "<Run|MPos:0.0001,-2.0000,-6710.8864|Bf:0,0|FS:1.2,500|WCO:-0.0009,1.0000,6710.8863>\r\n")
 
 
 @pytest.mark.parametrize("state", ["Run", "Alarm"])
@@ -253,7 +262,7 @@ def texts(notes: list[str]) -> TextSource:
 def test_what_a_build_says():
     source = texts(["made by (x)", "2"])
     text = source.texts[32 + GCodeText.BUILD.value]
-    assert text == (b"[VER:1.1h.20190830:\x93]\r\n[OPT:V,63,128]\r\n[MSG:made by (x)]\r\n"
+    assert text == (b"[VER:1.1h.20190830:\xbb]\r\n[OPT:V,63,128]\r\n[MSG:made by (x)]\r\n"
                     b"[MSG:2]\r\n")
 
 
