@@ -381,11 +381,11 @@ class GCode(MachineComponent):
     tx : Out(1)
         The line to the host.
     step, direction : Out(3)
-        STEP and DIR of the motors; DIR is on for the way to higher positions.
+        STEP and DIR of the motors; DIR is on for the way up. $2 and $3 invert them.
     second_limit, second_step, second_direction : In(1), Out(1), Out(1)
         Limit switch, STEP and DIR of the second motor of an axis. Only with `second_motor`.
     enable : Out(1)
-        Power of the motors.
+        Power of the motors. $4 inverts it.
     spindle, reverse : Out(1)
         The spindle turns; counter-clockwise.
     pwm : Out(1)
@@ -886,7 +886,7 @@ class GCode(MachineComponent):
                 m.d.comb += [halted.eq(stopped | homing.halt.all()),
                              dropped.eq(drops | homing.halt.all()),
                              homing.travel.eq(planner.lengths[axis])]
-                self._second_motor(m, driver, homing, store)
+                self._second_motor(m, driver, homing, store, axis)
             else:
                 driver, halted, dropped = StepDirDriver(**times), stopped, drops
             m.submodules[f"pending_{name}"] = ResetInserter(halted | renewed)(pending)
@@ -908,7 +908,7 @@ class GCode(MachineComponent):
                 pending.moved.eq(driver.moved),
                 driver.step.eq(pending.driver_step & ~halted),
                 driver.direction.eq(pending.driver_direction), driver.enable.eq(enabled),
-                self.step[axis].eq(driver.step_pin),
+                self.step[axis].eq(driver.step_pin ^ flags.step_inverted[axis]),
                 self.direction[axis].eq(driver.direction_pin ^ flags.inverted[axis]),
                 planner.steps[axis].eq(
                     Mux(probing.measures, latched[axis], kinematics.positions[axis])
@@ -934,14 +934,16 @@ class GCode(MachineComponent):
             made.append(~(pending.driver_step | backlash.busy))
             powers.append(driver.enable_pin)
             faults.append(pending.fault)
-        m.d.comb += [motion.made.eq(Cat(made).all()), self.enable.eq(Cat(powers).any())]
+        m.d.comb += [motion.made.eq(Cat(made).all()),
+                     self.enable.eq(Cat(powers).any() ^ flags.enable_inverted)]
         return [*kinematics.positions]
 
     def _second_motor(self, m: Module, driver: StepDirPair, homing: GCodeHoming,
-                      store: GCodeSettingStore) -> None:
+                      store: GCodeSettingStore, axis: int) -> None:
         """Give the second motor of an axis its pins, and let homing halt each of the two."""
         m.d.comb += [
-            self.second_step.eq(driver.second_step_pin),
+            self.second_step.eq(driver.second_step_pin
+                                ^ store.flags.step_inverted[axis]),
             self.second_direction.eq(driver.second_direction_pin ^ store.second_inverted),
             driver.halt.eq(homing.halt), homing.moved.eq(driver.moved),
         ]

@@ -59,12 +59,16 @@ INVERTED = 3
 """Number of the setting of inverted directions."""
 
 SETTINGS = (
+    GCodeSetting(2, "STEP pins that are low for a step, a bit for each axis", 0, 7, False, 0),
     GCodeSetting(INVERTED, "directions that are inverted, a bit for each axis", 0, 7, False, 0),
+    GCodeSetting(4, "ENABLE is inverted", 0, 1, False, 0),
     GCodeSetting(5, "limit switches are on while their contact is open", 0, 1, False, 0),
     GCodeSetting(6, "the probe is on while its contact is open", 0, 1, False, 0),
     GCodeSetting(10, "what reports show: 1 position of the machine, not of work, 2 free blocks and "
                  "bytes", 0, 255, False, 3),
     GCodeSetting(11, "junction deviation, mm", 1, 268_435, True, 10),
+    GCodeSetting(12, "tolerance of arcs, mm: kept, of no effect, as arcs have no chords", 0, _MOST,
+                 True, 2),
     GCodeSetting(13, "reports are in inches", 0, 1, False, 0),
     GCodeSetting(20, "soft limits: motions stay within the travel", 0, 1, False, 0),
     GCodeSetting(21, "hard limits: a limit switch stops the machine", 0, 1, False, 1),
@@ -131,7 +135,9 @@ def setting_values(values: Mapping[int, int], *, second_motor: bool = False) -> 
 class GCodeFlags(data.Struct):
     """Settings that are in registers of their own; `_REGISTERS` has their numbers."""
 
+    step_inverted: 3
     inverted: 3
+    enable_inverted: 1
     open: 1
     probe_open: 1
     shown: 2
@@ -156,9 +162,10 @@ class SpindleRange(data.Struct):
 
 
 _REGISTERS = {
-    "flags": {"inverted": INVERTED, "open": 5, "probe_open": 6, "shown": 10, "inches": 13,
-              "soft": 20, "hard": 21, "homing": 22, "lower": 23, "laser": 32, "strict": 200,
-              "others_open": 202, "servo_low": 210, "servo_high": 211, "backlash_rate": 223},
+    "flags": {"step_inverted": 2, "inverted": INVERTED, "enable_inverted": 4, "open": 5,
+              "probe_open": 6, "shown": 10, "inches": 13, "soft": 20, "hard": 21, "homing": 22,
+              "lower": 23, "laser": 32, "strict": 200, "others_open": 202, "servo_low": 210,
+              "servo_high": 211, "backlash_rate": 223},
     "spindle": {"most": 30, "least": 31}}
 
 

@@ -27,7 +27,8 @@ def test_values_that_cannot_be_are_refused(values, says):
         GCodeSettingStore(values=values)
 
 
-FLAGS = {"inverted": 3, "open": 5, "probe_open": 6, "soft": 20, "hard": 21, "homing": 22,
+FLAGS = {"step_inverted": 2, "inverted": 3, "enable_inverted": 4, "open": 5,
+         "probe_open": 6, "soft": 20, "hard": 21, "homing": 22,
          "lower": 23, "laser": 32, "strict": 200, "others_open": 202, "servo_low": 210,
          "servo_high": 211}
 
@@ -70,7 +71,7 @@ def test_a_second_motor_has_a_bit_of_the_inverted_directions():
     store = GCodeSettingStore(values=values, second_motor=True)
     with AmaranthEngine(component("store", store)) as engine:
         at = setting_index(3)
-        engine.set(address=at, write_address=at)
+        engine.set(address=at, known_address=at, write_address=at)
         for written, second, first in ((None, 1, 0b101), (0b0111, 0, 0b111), (0b1000, 1, 0)):
             if written is not None:
                 engine.set(data=written, write=1)

@@ -1,0 +1,100 @@
+# amaranth: UnusedElaboratable=no
+
+"""`gcode`: the settings of what is behind its pins, the driver modules, by what these see."""
+
+from typing import cast
+
+import pytest
+
+from fresa.machines.gcode import GCode
+from tb.boards import component
+from tb.engines import CXXRTLEngine, Engine
+from tests.hdl.machines.test_gcode import SETTINGS, Session
+
+pytestmark = pytest.mark.compiler
+
+WIDTH = SETTINGS.driver["width"]
+
+
+class Pins:
+    """An engine that notes each change of STEP of X and of ENABLE in whatever runs."""
+
+    def __init__(self, engine: Engine) -> None:
+        self._engine = engine
+        self.changes: dict[str, list[tuple[int, int]]] = {"step": [], "enable": []}
+
+    def __getattr__(self, name: str):
+        return getattr(self._engine, name)
+
+    def run(self, clocks: int, names: tuple[str, ...]):
+        """Run, and look at the pins of the driver modules."""
+        seen = self._engine.run(clocks, (*names, "enable"))
+        for name, changes in self.changes.items():
+            for clock, value in zip(seen.clock.tolist(), seen[name].tolist(), strict=True):
+                if not changes or changes[-1][1] != value & 1:
+                    changes.append((clock, value & 1))
+        return seen
+
+    def pulses(self, level: int = 1) -> list[int]:
+        """Return the clocks of each pulse of STEP that has ended, and forget them."""
+        changes = self.changes["step"]
+        lengths = [end - begin for (begin, value), (end, _) in zip(
+            changes, changes[1:], strict=False) if value == level]
+        del changes[:-1]
+        return lengths
+
+
+@pytest.fixture(scope="module")
+def design():
+    return component("gcode", GCode(settings=SETTINGS))
+
+
+@pytest.fixture
+def session(design):
+    with CXXRTLEngine(design) as engine:
+        session = Session(cast("Engine", Pins(engine)))
+        yield session
+        assert not engine.get("fault")
+
+
+@pytest.fixture
+def pins(session) -> Pins:
+    return session.engine
+
+
+def test_step_pins_may_be_inverted(session, pins):
+    assert session.send("G91G0X0.5Y0.5\n") == ["ok"]
+    assert pins.pulses() == [WIDTH] * 40
+    assert session.engine.get("step") == 0
+    assert session.send("$2=5\n") == ["ok"]
+    assert session.engine.get("step") == 0b101
+    pins.pulses(0)
+    before = list(session.position)
+    assert session.send("G0X0.5Y0.5Z-0.1\nX-0.1\n") == ["ok", "ok"]
+    assert pins.pulses(0) == [WIDTH] * 48
+    assert [at - was for at, was in zip(session.position, before, strict=True)] == [32, 20, -25]
+    assert session.send("\x18$2=8\n$2=2\n")[1:] == ["error:38", "ok"]
+    assert session.engine.get("step") == 0b010
+
+
+def test_enable_may_be_inverted(session):
+    assert session.engine.get("enable") == 0
+    assert session.send("$4=1\n") == ["ok"]
+    assert session.engine.get("enable") == 1
+    session.send("G0X0.1\n")
+    assert session.engine.get("enable") == 0
+    session.send("$SLP\n")
+    assert session.engine.get("enable") == 1
+    session.send("\x18$4=0\n")
+    assert session.engine.get("enable") == 0
+
+
+def test_tolerance_of_arcs_is_kept_and_changes_nothing(session):
+    assert session.send("$12=0.5\nG91G2X0Y0I1F6000\n") == ["ok", "ok"]
+    path = [at for _, at in session.path]
+    session.path.clear()
+    assert session.send("$12=0\nG2X0Y0I1F6000\n") == ["ok", "ok"]
+    assert [at for _, at in session.path] == path
+    session.send("$$\n", read=False)
+    session.run(400_000)
+    assert "$12=0.000" in session.read()
