@@ -8,16 +8,17 @@ from .contract import Bits, Case, Component, Contract
 
 __all__ = ["GCODE_SETTINGS"]
 
-WHOLE = (2, 3, 4, 5, 6, 10, 13, 20, 21, 22, 23, 32, 200, 201, 202, 210, 211, 223)
+WHOLE = (1, 2, 3, 4, 5, 6, 10, 13, 20, 21, 22, 23, 32, 200, 201, 202, 210, 211, 223)
 DECIMAL = (11, 12, 24, 25, 27, 30, 31, *(group + axis for group in (100, 110, 120, 130, 220)
                                      for axis in range(3)))
 NUMBERS = sorted(WHOLE + DECIMAL)
 """Numbers of settings, in whole numbers and with decimals; their order is that of addresses."""
 
-FLAGS = {"step_inverted": 2, "inverted": 3, "enable_inverted": 4, "open": 5, "probe_open": 6,
-         "shown": 10, "inches": 13, "soft": 20, "hard": 21, "homing": 22,
+FLAGS = {"inverted": 3, "open": 5, "probe_open": 6, "shown": 10, "inches": 13, "soft": 20,
+         "hard": 21, "homing": 22,
          "lower": 23, "laser": 32, "strict": 200, "others_open": 202, "servo_low": 210,
          "servo_high": 211, "backlash_rate": 223}
+DRIVE = {"idle_delay": 1, "step_inverted": 2, "enable_inverted": 4}
 SPINDLE = {"most": 30, "least": 31}
 """Settings in registers, by their fields."""
 
@@ -54,7 +55,7 @@ def describe(c: Contract, dut: GCodeSettingStore) -> None:
                   then=dut.decimal == Array(each in DECIMAL for each in NUMBERS)[place])
     c.implication("range", "The first value is in its range.", when=read,
                   then=(dut.initial >= dut.least) & (dut.initial <= dut.most))
-    for port, fields in ((dut.flags, FLAGS), (dut.spindle, SPINDLE)):
+    for port, fields in ((dut.flags, FLAGS), (dut.drive, DRIVE), (dut.spindle, SPINDLE)):
         for field, number in fields.items():
             place = NUMBERS.index(number)
             kept = c.keep(len(port[field]), init=dut.values[place], name=f"last_of_{number}")

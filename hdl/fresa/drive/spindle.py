@@ -30,6 +30,9 @@ MAX_PWM = 100_000
 MIN_SERVO_PERIOD, SERVO_PERIOD = POWER_BITS + 2, 20_000
 """Least time from a pulse for a servo to the next, and the usual one, which is the most, in us."""
 
+BEAT = 1023
+"""Microseconds of a beat, less one."""
+
 
 class SpindlePower(wiring.Component):
     """Computes the power of a spindle from its speed, or of a laser also from that of the path.
@@ -274,6 +277,9 @@ class ServoPulse(wiring.Component):
         pulse another length.
     pin : Out(1)
         The pulses.
+    beat : Out(1)
+        Each 1024 us of a period are over, or it ends; for one clock. In a period of 20 ms that is
+        20 times, so it counts ms that are up to 0.5 ms too short, or 0.024 ms too long.
 
     Raises
     ------
@@ -285,7 +291,7 @@ class ServoPulse(wiring.Component):
         self.clock = in_range("clock", clock, 1_000_000, (1 << 27) - 1)
         self.period = in_range("period", period, MIN_SERVO_PERIOD, SERVO_PERIOD)
         super().__init__({"power": In(POWER_BITS + 1), "low": In(12), "high": In(12),
-                          "pin": Out(1)})
+                          "pin": Out(1), "beat": Out(1)})
 
     def elaborate(self, platform) -> Module:
         m = Module()
@@ -297,8 +303,10 @@ class ServoPulse(wiring.Component):
         total = Signal(12 + POWER_BITS)  # 2**-16 us: (low + sum of low or high) by digits of power
         m.d.sync += self.pin.eq(time < length)
         with m.If(tick):
+            m.d.comb += self.beat.eq((time & BEAT) == BEAT)
             m.d.sync += time.eq(time + 1)
             with m.If(time == self.period - 1):
+                m.d.comb += self.beat.eq(1)
                 m.d.sync += [time.eq(0), length.eq(Mux(full, self.high, total >> POWER_BITS))]
             # The digits are looked at before, one a us, the lowest first.
             with m.If(time == self.period - POWER_BITS - 2):

@@ -42,6 +42,7 @@ from ..motion import (
 from ..panel import ContactFilter
 from ..protocol import (
     MAX_SILENCE,
+    NEVER_IDLE,
     SETTINGS,
     STARTUP_LINES,
     STORED_LENGTH,
@@ -150,7 +151,7 @@ class GCodeSettings:
     silence_us, idle_us : int
         Of the thesis: silence that ends a line, and after which motors are off, in us.
     servo_us : int
-        From a pulse of the servo to the next, in us.
+        From a pulse of the servo to the next, in us; of the thesis, otherwise `SERVO_PERIOD`.
 
     Raises
     ------
@@ -200,6 +201,9 @@ class GCodeSettings:
         pwm_frequency(self.pwm_hz, clock=self.clock)
         _ = self.silence, self.awake
         in_range("servo_us", self.servo_us, MIN_SERVO_PERIOD, SERVO_PERIOD)
+        if self.dialect == "grbl" and self.servo_us != SERVO_PERIOD:
+            raise ValueError(f"servo_us must be {SERVO_PERIOD}, as $1 is counted by it, "
+                             f"not {self.servo_us}")
         for axis, steps, rate in zip("XYZ", self.steps_per_mm, self.max_rate, strict=True):
             most = self.most_rate * 60 / steps
             if rate > most:
@@ -385,7 +389,8 @@ class GCode(MachineComponent):
     second_limit, second_step, second_direction : In(1), Out(1), Out(1)
         Limit switch, STEP and DIR of the second motor of an axis. Only with `second_motor`.
     enable : Out(1)
-        Power of the motors. $4 inverts it.
+        Power of the motors, from the first motion on, with $1 from each to a time after it. $4
+        inverts it.
     spindle, reverse : Out(1)
         The spindle turns; counter-clockwise.
     pwm : Out(1)
@@ -522,7 +527,6 @@ class GCode(MachineComponent):
         flags = store.flags
         switches = Signal(AXES + 2)
         blocked, powered = Signal(AXES), Signal()
-        m.d.comb += powered.eq(control.enable)
         positions = self._drivers(m, control, renewed, motion, planner, homing, probing, store,
                                   faults, blocked, powered, restarts)
         m.d.comb += [
@@ -668,12 +672,24 @@ class GCode(MachineComponent):
             self._servo(m, store, Mux(up, FULL_POWER, 0))
         else:
             connect(m, reader.words, gate.words)
-            self._servo(m, store, self._spindle(m, motion, overrides, store, faults))
+            beat = self._servo(m, store, self._spindle(m, motion, overrides, store, faults))
+            self._idle(m, control, ~motion.still | homing.active,
+                       store.drive.idle_delay, beat, powered)
         shown = Signal(len(faults))  # by parts, a clock before: from all of them it is far
         m.d.sync += shown.eq(Cat(faults))
         with m.If(shown.any()):
             m.d.sync += self.fault.eq(1)
         return m
+
+    def _idle(self, m: Module, control: GCodeControl, busy: Value, delay: Value, beat: Signal,
+              powered: Signal) -> None:
+        """Give the motors power from the first motion on, and from each to the time of $1 after."""
+        left = Signal(signed(len(delay) + 1), init=NEVER_IDLE)  # ms; below 0 it is over
+        with m.If(busy):
+            m.d.sync += left.eq(delay)
+        with m.Elif(beat & (left >= 0) & (delay != NEVER_IDLE)):
+            m.d.sync += left.eq(left - 1)
+        m.d.comb += powered.eq(control.enable & (left >= 0))
 
     def _motors(self, m: Module, control: GCodeControl, motion: BlockMotion,
                 receiver: UARTReceiver, homes: Signal, powered: Signal) -> None:
@@ -908,7 +924,7 @@ class GCode(MachineComponent):
                 pending.moved.eq(driver.moved),
                 driver.step.eq(pending.driver_step & ~halted),
                 driver.direction.eq(pending.driver_direction), driver.enable.eq(enabled),
-                self.step[axis].eq(driver.step_pin ^ flags.step_inverted[axis]),
+                self.step[axis].eq(driver.step_pin ^ store.drive.step_inverted[axis]),
                 self.direction[axis].eq(driver.direction_pin ^ flags.inverted[axis]),
                 planner.steps[axis].eq(
                     Mux(probing.measures, latched[axis], kinematics.positions[axis])
@@ -935,7 +951,7 @@ class GCode(MachineComponent):
             powers.append(driver.enable_pin)
             faults.append(pending.fault)
         m.d.comb += [motion.made.eq(Cat(made).all()),
-                     self.enable.eq(Cat(powers).any() ^ flags.enable_inverted)]
+                     self.enable.eq(Cat(powers).any() ^ store.drive.enable_inverted)]
         return [*kinematics.positions]
 
     def _second_motor(self, m: Module, driver: StepDirPair, homing: GCodeHoming,
@@ -943,16 +959,18 @@ class GCode(MachineComponent):
         """Give the second motor of an axis its pins, and let homing halt each of the two."""
         m.d.comb += [
             self.second_step.eq(driver.second_step_pin
-                                ^ store.flags.step_inverted[axis]),
+                                ^ store.drive.step_inverted[axis]),
             self.second_direction.eq(driver.second_direction_pin ^ store.second_inverted),
             driver.halt.eq(homing.halt), homing.moved.eq(driver.moved),
         ]
 
-    def _servo(self, m: Module, store: GCodeSettingStore, power: Value) -> None:
+    def _servo(self, m: Module, store: GCodeSettingStore, power: Value) -> Signal:
+        """Give the servo its pulses, and return what counts ms."""
         m.submodules.servo = servo = ServoPulse(clock=self.settings.clock,
                                                  period=self.settings.servo_us)
         m.d.comb += [servo.power.eq(power), servo.low.eq(store.flags.servo_low),
                      servo.high.eq(store.flags.servo_high), self.servo.eq(servo.pin)]
+        return servo.beat
 
     def _spindle(self, m: Module, motion: BlockMotion, overrides: Overrides,
                  store: GCodeSettingStore, faults: list) -> Signal:

@@ -10,8 +10,9 @@ from amaranth.lib.wiring import In, Out
 
 from ..checks import in_range
 
-__all__ = ["MAX_FILTER", "SETTINGS", "SETTING_BITS", "GCodeFlags", "GCodeSetting",
-           "GCodeSettingStore", "SpindleRange", "setting_index", "setting_values"]
+__all__ = ["MAX_FILTER", "NEVER_IDLE", "SETTINGS", "SETTING_BITS", "DriveSettings",
+           "GCodeFlags", "GCodeSetting", "GCodeSettingStore", "SpindleRange", "setting_index",
+           "setting_values"]
 
 SETTING_BITS = 27
 """Bits of a setting: a whole number, or a length or rate in thousandths."""
@@ -55,10 +56,15 @@ def _axes(first: int, about: str, most: int, default: int, least: int = 1) -> li
             for axis, name in enumerate("XYZ")]
 
 
+NEVER_IDLE = 255
+"""The value of $1 with which motors stay on."""
+
 INVERTED = 3
 """Number of the setting of inverted directions."""
 
 SETTINGS = (
+    GCodeSetting(1, "time after a motion until the motors are off, ms; 255 is never", 0, NEVER_IDLE,
+                 False, NEVER_IDLE),
     GCodeSetting(2, "STEP pins that are low for a step, a bit for each axis", 0, 7, False, 0),
     GCodeSetting(INVERTED, "directions that are inverted, a bit for each axis", 0, 7, False, 0),
     GCodeSetting(4, "ENABLE is inverted", 0, 1, False, 0),
@@ -135,9 +141,7 @@ def setting_values(values: Mapping[int, int], *, second_motor: bool = False) -> 
 class GCodeFlags(data.Struct):
     """Settings that are in registers of their own; `_REGISTERS` has their numbers."""
 
-    step_inverted: 3
     inverted: 3
-    enable_inverted: 1
     open: 1
     probe_open: 1
     shown: 2
@@ -154,6 +158,14 @@ class GCodeFlags(data.Struct):
     backlash_rate: 17
 
 
+class DriveSettings(data.Struct):
+    """Settings of the driver modules, which are registers, too."""
+
+    idle_delay: 8
+    step_inverted: 3
+    enable_inverted: 1
+
+
 class SpindleRange(data.Struct):
     """Speeds of the spindle at full and at least power, which are registers, too."""
 
@@ -162,10 +174,10 @@ class SpindleRange(data.Struct):
 
 
 _REGISTERS = {
-    "flags": {"step_inverted": 2, "inverted": INVERTED, "enable_inverted": 4, "open": 5,
-              "probe_open": 6, "shown": 10, "inches": 13, "soft": 20, "hard": 21, "homing": 22,
-              "lower": 23, "laser": 32, "strict": 200, "others_open": 202, "servo_low": 210,
-              "servo_high": 211, "backlash_rate": 223},
+    "flags": {"inverted": INVERTED, "open": 5, "probe_open": 6, "shown": 10, "inches": 13,
+              "soft": 20, "hard": 21, "homing": 22, "lower": 23, "laser": 32, "strict": 200,
+              "others_open": 202, "servo_low": 210, "servo_high": 211, "backlash_rate": 223},
+    "drive": {"idle_delay": 1, "step_inverted": 2, "enable_inverted": 4},
     "spindle": {"most": 30, "least": 31}}
 
 
@@ -201,7 +213,7 @@ class GCodeSettingStore(wiring.Component):
         Write ``data``.
     write_address, data : In(range(len(SETTINGS))), In(27)
         What is written or tried.
-    flags, spindle : Out(GCodeFlags), Out(SpindleRange)
+    flags, drive, spindle : Out(GCodeFlags), Out(DriveSettings), Out(SpindleRange)
         Values of those that are in registers.
     second_inverted : Out(1)
         The direction of the second motor is inverted. Only with `second_motor`.
@@ -222,7 +234,7 @@ class GCodeSettingStore(wiring.Component):
             "least": Out(1), "most": Out(SETTING_BITS),
             "initial": Out(SETTING_BITS), "trial": In(1), "write": In(1),
             "write_address": In(range(len(SETTINGS))), "data": In(SETTING_BITS),
-            "flags": Out(GCodeFlags), "spindle": Out(SpindleRange),
+            "flags": Out(GCodeFlags), "drive": Out(DriveSettings), "spindle": Out(SpindleRange),
             **({"second_inverted": Out(1)} if second_motor else {}),
         })
 

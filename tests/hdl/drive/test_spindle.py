@@ -129,6 +129,15 @@ def test_pulses_of_a_servo(low, high, shares, period):
             assert seen.sum() == 2 * (low * (FULL_POWER - share) + high * share >> 16)
 
 
+def test_a_servo_beats_twenty_times_a_period():
+    with AmaranthEngine(component("servo", ServoPulse(clock=1_000_000))) as engine:
+        engine.set(rst=0)
+        seen = engine.apply({"power": [0] * 60_000}, ["beat"])["beat"].astype(int)
+        beats = seen.nonzero()[0]
+        assert len(beats) == 60
+        assert {*(beats[1:] - beats[:-1]).tolist()} == {1024, 20_000 - 19 * 1024}
+
+
 def test_pulse_of_a_servo_is_of_one_power():
     """One that falls from full power while the pulse is computed does not make it the shortest."""
     period = 40

@@ -9,11 +9,12 @@ import pytest
 from fresa.machines.gcode import GCode
 from tb.boards import component
 from tb.engines import CXXRTLEngine, Engine
-from tests.hdl.machines.test_gcode import SETTINGS, Session
+from tests.hdl.machines.test_gcode import SETTINGS, UNLOCKED, Session
 
 pytestmark = pytest.mark.compiler
 
 WIDTH = SETTINGS.driver["width"]
+MS = SETTINGS.clock // 1000
 
 
 class Pins:
@@ -87,6 +88,58 @@ def test_enable_may_be_inverted(session):
     assert session.engine.get("enable") == 1
     session.send("\x18$4=0\n")
     assert session.engine.get("enable") == 0
+
+
+def off_after(session: Session, pins: Pins) -> float:
+    """Return how many ms after the last edge of STEP of X the motors went off."""
+    while session.engine.get("enable"):
+        session.run(MS // 10)
+    (off, level), (fell, _) = pins.changes["enable"][-1], pins.changes["step"][-1]
+    assert level == 0
+    return (off - fell) / MS
+
+
+@pytest.mark.parametrize("delay", [0, 30])
+def test_motors_are_off_after_a_motion(session, pins, delay):
+    assert session.send(f"$1={delay}\nM3S100\n") == ["ok", "ok"]
+    for at in 1, 2:
+        session.send(f"G0X{at}\n", wait=False)
+        # It stands a half step of its ramp after the last step.
+        assert delay - 0.6 < off_after(session, pins) < 1.04 * delay + 5
+        assert session.at(at, 0, 0)
+
+
+def test_motors_are_off_in_a_hold_and_a_dwell_and_go_on_exactly(session, pins):
+    session.send("$1=5\nG1X2F3000\nG4P0.1\nX0\n", wait=False)
+    session.run(20 * MS)
+    session.send("!", wait=False)
+    off_after(session, pins)
+    assert session.state()[0] == "Hold:0"
+    stands = session.position[0]
+    assert 0 < stands < 160
+    session.send("~", wait=False)
+    off_after(session, pins)
+    assert session.at(2, 0, 0)
+    session.send("")
+    assert session.at(0, 0, 0)
+    rises = [clock for clock, level in pins.changes["enable"] if level]
+    assert len(rises) == 3
+    assert all(min(abs(rise - at) for at, _ in session.path) < 10 * MS for rise in rises)
+
+
+def test_motors_stay_on_in_a_homing_cycle_and_with_255(session):
+    session.send("$1=1\n$22=1\n$25=60\n$132=2\n$H\n", wait=False)
+    for _ in range(5):
+        session.run(10 * MS)
+        assert session.engine.get("enable") == 1
+    session.send("\x18")
+    assert session.send("$22=0\n$X\n") == ["ok", UNLOCKED, "ok"]
+    session.run(5 * MS)
+    assert session.engine.get("enable") == 0
+    assert session.send("$1=255\nG91G0X0.1\n") == ["ok", "ok"]
+    session.run(270 * MS)
+    assert session.engine.get("enable") == 1
+    assert session.send("$1=256\n") == ["error:38"]
 
 
 def test_tolerance_of_arcs_is_kept_and_changes_nothing(session):

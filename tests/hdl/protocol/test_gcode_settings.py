@@ -7,7 +7,7 @@ import random
 import pytest
 
 from fresa.protocol import SETTINGS, GCodeFlags, GCodeSettingStore, setting_index, setting_values
-from fresa.protocol.gcode_settings import SpindleRange
+from fresa.protocol.gcode_settings import DriveSettings, SpindleRange
 from tb.boards import component
 from tb.engines import AmaranthEngine
 
@@ -27,10 +27,10 @@ def test_values_that_cannot_be_are_refused(values, says):
         GCodeSettingStore(values=values)
 
 
-FLAGS = {"step_inverted": 2, "inverted": 3, "enable_inverted": 4, "open": 5,
-         "probe_open": 6, "soft": 20, "hard": 21, "homing": 22,
+FLAGS = {"inverted": 3, "open": 5, "probe_open": 6, "soft": 20, "hard": 21, "homing": 22,
          "lower": 23, "laser": 32, "strict": 200, "others_open": 202, "servo_low": 210,
          "servo_high": 211}
+DRIVE = {"idle_delay": 1, "step_inverted": 2, "enable_inverted": 4}
 
 
 def test_what_is_written_is_read_and_survives_a_reset():
@@ -59,6 +59,9 @@ def test_what_is_written_is_read_and_survives_a_reset():
             flags = GCodeFlags.from_bits(engine.get("flags"))
             assert {number: flags[name] for name, number in FLAGS.items()} == {
                 number: model[setting_index(number)] for number in FLAGS.values()}
+            drive = DriveSettings.from_bits(engine.get("drive"))
+            assert {number: drive[name] for name, number in DRIVE.items()} == {
+                number: model[setting_index(number)] for number in DRIVE.values()}
             spindle = SpindleRange.from_bits(engine.get("spindle"))
             assert (spindle.most, spindle.least) == (
                 model[setting_index(30)], model[setting_index(31)])
