@@ -1,5 +1,6 @@
 """Contract of the homing cycle: what it requests, in which order, and that it ends."""
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 from amaranth import Array, Cat, Mux, Value
@@ -45,7 +46,7 @@ def describe(c: Contract, dut: GCodeHoming) -> None:
     state, request = c.state("homing_state"), dut.request
     began, known = c.past(1), c.past(~c.rst)
     lines = _lines(dut.simple)
-    used = sorted({24, 25, 27, *range(100, 103), *range(130, 133)})
+    used = sorted({24, 25, 26, 27, *range(100, 103), *range(130, 133)})
     settings: dict[int, Bits] = {number: c.free(27, name=f"setting_{number}") for number in used}
     for number, setting in settings.items():
         c.assume(~began | (setting == c.past(setting)))
@@ -53,13 +54,14 @@ def describe(c: Contract, dut: GCodeHoming) -> None:
                  | (dut.setting == setting))
     c.assume(~began | (dut.lower == c.past(dut.lower)))
 
-    wants = request.kind != HomingRequest.NONE
+    waits = request.kind == HomingRequest.WAIT
+    wants = (request.kind != HomingRequest.NONE) & ~waits
     served = wants & dut.homed
     made = c.keep(range(len(lines) + 1), name="made")
     # Behind one line the switches are any, or stay on: behind others the cycle goes on.
     found = Array([0, *(line.phase in (0, 3) for line in lines)])[made].replicate(3)
     c.restrict_covers(c.upset | ~c.rst & dut.allowed & dut.start & dut.standing & ~dut.begins
-                      & (dut.homed == c.past(wants)) & ~dut.moving & (dut.lower == 0)
+                      & (dut.homed == c.past(wants | waits)) & ~dut.moving & (dut.lower == 0)
                       & ((dut.switches == found) | (made == 4) if dut.simple
                          else dut.switches == found ^ (made == 3).replicate(3))
                       & Cat(value == number for number, value in settings.items()).all())
@@ -95,8 +97,9 @@ def describe(c: Contract, dut: GCodeHoming) -> None:
     fields = Cat(Value.cast(getattr(request, name)) for name in (
         "kind", "axis", "distance", "thousandths", "back", "from_switch", "feed", "steps"))
     c.implication("request-stays", "A request holds until it is served.",
-                  when=known & c.past(wants & ~dut.homed), then=fields == c.past(fields))
-    _ends(c, dut, made, len(lines), wants)
+                  when=known & c.past((wants | waits) & ~dut.homed), then=fields == c.past(fields))
+    _waits(c, dut, made, waits, wants, of)
+    _ends(c, dut, made, len(lines), wants | waits, wants)
     _switches(c, dut, lines, made, wants, served)
 
     after = state("START", "MOVE", "BRAKE", "PLACE", "RESTART", "BEGIN")
@@ -123,10 +126,41 @@ def describe(c: Contract, dut: GCodeHoming) -> None:
         | (request.steps == Array(settings[100 + each] for each in range(3))[axis])).all(),
         cover=wants, lemma=True)
     c.leaves_unused_codes("homing_state", fault=dut.fault, shows=~(
-        wants | dut.done | dut.restart | dut.latch | dut.place | dut.brake))
+        wants | waits | dut.done | dut.restart | dut.latch | dut.place | dut.brake))
 
 
-def _ends(c: Contract, dut: GCodeHoming, made: Bits, total: int, wants: Bits) -> None:
+def _waits(c: Contract, dut: GCodeHoming, made: Bits, waits: Bits, wants: Bits,
+           of: Callable[[str], Bits]) -> None:
+    """State that it stands for the time of $26 before each line but the first."""
+    if dut.simple:
+        c.invariant("no-wait", "The cycle of the thesis waits for nothing.", ~waits, cover=wants)
+        return
+    state, begins = c.state("homing_state"), dut.begins_within
+    c.implication("wait-is-that-of-the-setting", "A wait is requested where the setting can be "
+                  "read, and before a line alone.", when=waits,
+                  then=(dut.setting_address == NUMBERS.index(26)) & (made != 0) & ~of("places"))
+    age = c.keep(range(begins + 1), name="wait_age")  # since a wait was committed
+    rested = c.keep(2, name="rested")  # 1 while a wait is counted, 2 from then on to the line
+    c.m.d.sync += age.eq(Mux(waits & dut.homed, 0, age + (age < begins)))
+    with c.m.If((rested == 1) & (age == begins) & ~dut.moving):
+        c.m.d.sync += rested.eq(2)
+    with c.m.If(waits & dut.homed):
+        c.m.d.sync += rested.eq(1)
+    with c.m.If(c.rst | (wants & dut.homed)):
+        c.m.d.sync += rested.eq(0)
+    c.implication("rests-before-a-line", "A line but the first is requested when a wait before it "
+                  "was committed, and has ended.", when=wants & (made != 0) & ~of("places"),
+                  then=rested == 2)
+    pause, line = c.signal("pause"), (made != 0) & (made < 18) & ~of("places")
+    c.invariant("rests", "It waits in one state.", Cat(
+        ~state("DEBOUNCE", "WAIT") | (line & (rested == 0)), ~state("WAIT") | (pause == begins),
+        ~state("REST") | (line & (rested == 1) & (age == begins - pause)),
+        ~(state("DISTANCE", "RATE", "READ", "REQUEST", "PLAN") & line) | (rested == 2),
+        (rested == 0) | state("REST", "DISTANCE", "RATE", "READ", "REQUEST", "PLAN")).all(),
+        cover=rested == 2, lemma=True)
+
+
+def _ends(c: Contract, dut: GCodeHoming, made: Bits, total: int, asks: Bits, wants: Bits) -> None:
     """State when a cycle begins, and when it is through."""
     known = c.past(~c.rst)
     c.implication("begins", "A cycle begins with a start.", when=known & c.past(~dut.active),
@@ -140,7 +174,7 @@ def _ends(c: Contract, dut: GCodeHoming, made: Bits, total: int, wants: Bits) ->
     failed = c.keep(1, name="failed")
     c.m.d.sync += failed.eq(~c.rst & (failed | (dut.failure != AlarmCode.NONE)))
     c.implication("failure-ends-it", "After a failure nothing is done until a reset.", when=failed,
-                  then=dut.active & ~(wants | dut.done | dut.brake | dut.restart | dut.latch
+                  then=dut.active & ~(asks | dut.done | dut.brake | dut.restart | dut.latch
                                       | dut.place) & (dut.failure == AlarmCode.NONE))
     c.invariant("failed", "It has failed in one state.",
                 failed == c.state("homing_state")("FAILED"), cover=failed, lemma=True)

@@ -83,6 +83,11 @@ def _offset_of(moved: str) -> Rows:
     yield "ADD", "a", "distance", f"to_{moved}"
 
 
+def _wait() -> Rows:
+    """Take ms as us."""
+    yield "MULTIPLY", "a", "1e3", "product"
+
+
 def _home() -> Rows:
     """Take an offset as the place of a switch: in nm, and in steps, of ``a`` per metre."""
     yield "ADD", "distance", "zero", "home_at"
@@ -142,7 +147,7 @@ TABLES = ARC_TABLES + tuple(
     FormulaTable.of(name, REGISTERS, rows) for name, rows in [
         ("configure", _configure()), ("in_steps", _in_steps()), ("offset", _offset()),
         *((f"offset_{axis}", _offset_of(axis)) for axis in AXES),
-        ("home", _home()), ("travel", _travel()), ("arc_travel", _arc_travel()),
+        ("home", _home()), ("wait", _wait()), ("travel", _travel()), ("arc_travel", _arc_travel()),
         ("quarter", _quarter())])
 """Tables of formulas: those of lines and arcs, and
 
@@ -155,6 +160,7 @@ TABLES = ARC_TABLES + tuple(
 - ``offset_x`` and so on: let ``to_*`` be from where the last line ended, or if ``from_home`` is not
   0 from ``home_at``, by ``distance`` of one axis;
 - ``home``: let ``home_at`` be the offset ``distance``, and ``a`` the same in steps;
+- ``wait``: ``product.low`` is ``a`` from ms in us;
 - ``travel``: ``beyond`` is 1 if ``to_*`` is above 0, or more than ``travel_*`` below;
 - ``arc_travel`` and then four times ``quarter``: after ``arc_path``, ``beyond`` is also 1 if the
   arc goes out of the travel on its way, by 1 um or more.

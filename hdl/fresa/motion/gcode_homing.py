@@ -41,7 +41,8 @@ class GCodeHoming(wiring.Component):
     One axis after the other, Z, X, Y: it seeks its switch at the speed of $25, over 1.5 times its
     travel, and brakes. Where it was when the switch closed is now the place of the switch: 0, or of
     an axis of $23 its lower end, -$130 to -$132. It pulls off, to $27 from there, locates the
-    switch once more at the speed of $24, and pulls off again.
+    switch once more at the speed of $24, and pulls off again. Behind each of these motions, before
+    the next, it stands for the time of $26, and looks at no switch.
 
     With `simple` the cycle is that of the thesis' firmware: X, then Y, seeks its switch once, and
     goes back to where that closed, which is 0, whichever end it is; then Z is 0 where it is.
@@ -64,7 +65,7 @@ class GCodeHoming(wiring.Component):
     squared_axis : int, optional
         The axis that has two motors, with a switch each.
     begins_within : int
-        Clocks in which a line begins that is planned, less one.
+        Clocks in which a line begins that is planned, less one, and in which a dwell begins.
 
     Members
     -------
@@ -140,6 +141,7 @@ class GCodeHoming(wiring.Component):
         switch, lower = Signal(), Signal()
         pause = Signal(range(self.begins_within + 1))
         seeks = Signal()
+        rests = Signal()  # what switches do has no meaning yet
         located = Signal()
         m.d.comb += [
             self.axis.eq(Array(order)[turn]), request.axis.eq(self.axis),
@@ -154,11 +156,16 @@ class GCodeHoming(wiring.Component):
 
         lost = None  # one of two motors does not find its switch
         if self.squared_axis is not None:
-            lost = self._square(m, self.squared_axis, seeks, switch)
+            lost = self._square(m, self.squared_axis, seeks, rests, switch)
 
         def follow(then: _Phase) -> None:
             m.d.sync += phase.eq(then)
             m.next = "DISTANCE"
+
+        def follow_later(then: _Phase) -> None:
+            follow(then)
+            if not self.simple:
+                m.next = "DEBOUNCE"
 
         def fail(code: AlarmCode) -> None:
             m.d.comb += self.failure.eq(code)
@@ -174,6 +181,24 @@ class GCodeHoming(wiring.Component):
             with m.State("ASK"):
                 with m.If(self.allowed):
                     follow(_Phase.SEEK)
+
+            # A switch may bounce, and the machine shake, until the phase begins
+            if not self.simple:
+                with m.State("DEBOUNCE"):
+                    m.d.comb += rests.eq(1)
+                    m.d.sync += [self.setting_address.eq(setting_index(26)),
+                                 pause.eq(self.begins_within)]
+                    m.next = "WAIT"
+                with m.State("WAIT"):
+                    m.d.comb += [rests.eq(1), request.kind.eq(HomingRequest.WAIT)]
+                    with m.If(self.homed):
+                        m.next = "REST"
+                with m.State("REST"):
+                    m.d.comb += rests.eq(1)
+                    with m.If(pause != 0):
+                        m.d.sync += pause.eq(pause - 1)
+                    with m.Elif(~self.moving):
+                        m.next = "DISTANCE"
 
             # The settings of the phase
             with m.State("DISTANCE"):
@@ -227,12 +252,12 @@ class GCodeHoming(wiring.Component):
                             fail(AlarmCode.HOMING_PULL_OFF)
                         with m.Elif(~located):
                             m.d.sync += located.eq(1)
-                            follow(_Phase.LOCATE)
+                            follow_later(_Phase.LOCATE)
                     with m.Elif(turn == len(order) - 1):
                         m.next = "RESTART"
                     with m.Else():
                         m.d.sync += [turn.eq(turn + 1), located.eq(0)]
-                        follow(_Phase.SEEK)
+                        follow_later(_Phase.SEEK)
                 if lost is not None:
                     with m.If(lost):
                         fail(AlarmCode.HOMING_SEARCH)
@@ -248,7 +273,7 @@ class GCodeHoming(wiring.Component):
                 m.next = "BEGIN"
             with m.State("BEGIN"):
                 with m.If(~self.begins & ~self.moving):
-                    follow(_Phase.PULL_OFF)
+                    follow_later(_Phase.PULL_OFF)
                     with m.If(seeks):
                         follow(_Phase.PLACE)
                     # Lines that follow begin where the last axis is, not at its switch.
@@ -265,7 +290,8 @@ class GCodeHoming(wiring.Component):
         m.d.comb += self.fault.eq(leave_unused_codes(m, fsm, fault="FAULT"))
         return m
 
-    def _square(self, m: Module, axis: int, seeks: Signal, switch: Signal) -> Signal:
+    def _square(self, m: Module, axis: int, seeks: Signal, rests: Signal, switch: Signal
+                ) -> Signal:
         """Halt the motors of an axis at their switches; say when it has met them, by `switch`.
 
         Return whether one of the motors does not find its switch.
@@ -273,7 +299,7 @@ class GCodeHoming(wiring.Component):
         m.submodules.squaring = squaring = MotorSquaring(width=LENGTH_BITS - _SKEW_SHIFT)
         here = self.axis == axis
         m.d.comb += [
-            squaring.seeks.eq(self.active & seeks & here),
+            squaring.seeks.eq(self.active & seeks & here & ~rests),
             squaring.switches.eq(Cat(self.switches[axis], self.second_switch)),
             squaring.moved.eq(self.moved), squaring.most.eq(self.travel[_SKEW_SHIFT:]),
             self.halt.eq(squaring.halt),

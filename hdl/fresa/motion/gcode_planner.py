@@ -64,6 +64,7 @@ class HomingRequest(enum.Enum, shape=unsigned(2)):
     NONE = 0
     MOVE = 1  # a line of one axis
     PLACE = 2  # the place of a switch
+    WAIT = 3  # a dwell
 
 
 HOMING = wiring.Signature({
@@ -75,7 +76,8 @@ HOMING = wiring.Signature({
 ``distance`` is in um, and is taken as often as ``thousandths`` says; ``back`` is the way to lower
 positions. A line goes with ``feed``, in um/min, and begins where the axis is, or with
 ``from_switch`` is reckoned from the place that a PLACE gave. With that ``distance`` is from 0 to
-the switch, and ``steps`` are those per metre.
+the switch, and ``steps`` are those per metre. A WAIT takes as many ms as the setting says that
+comes meanwhile.
 """
 
 
@@ -346,6 +348,15 @@ def _home_place() -> Iterable[_Row]:
     yield _Row(_Do.KEEP, _register("a"), _Kept.SWITCH.value)
 
 
+def _home_wait() -> Iterable[_Row]:
+    yield _Row(_Do.SETTING, 0, _register("a"))
+    yield _Row(_Do.RUN, _TABLE["wait"])
+    yield _Row(_Do.HEADER, 0, BlockWord.HEADER)
+    yield _Row(_Do.STORE, _register("product.low"), BlockWord.EXTRA)
+    yield from _zero_gain()
+    yield from _zero_limit()
+
+
 def _keep_places(first: _Kept) -> Iterable[_Row]:
     """Keep positions: those of a report may be from the origin of work."""
     for name in "xyz":
@@ -415,6 +426,7 @@ _PROCEDURES = {
     "HOME_Y": (*_home("y"),),
     "HOME_Z": (*_home("z"),),
     "HOME_PLACE": (*_home_place(),),
+    "HOME_WAIT": (*_home_wait(),),
 }
 
 _SLOTS = dict(zip(_PROCEDURES, accumulate(
@@ -441,6 +453,7 @@ class _Procedure(enum.Enum, shape=unsigned(6)):
     HOME_Y = _SLOTS["HOME_Y"]
     HOME_Z = _SLOTS["HOME_Z"]
     HOME_PLACE = _SLOTS["HOME_PLACE"]
+    HOME_WAIT = _SLOTS["HOME_WAIT"]
 
 
 _EVENTS = {
@@ -708,6 +721,8 @@ class GCodePlanner(wiring.Component):
                     begin(_Procedure.REPORT)
                 with m.Elif(homing == HomingRequest.PLACE):
                     begin(_Procedure.HOME_PLACE)
+                with m.Elif(homing == HomingRequest.WAIT):
+                    begin(_Procedure.HOME_WAIT, BlockKind.DWELL)
                 with m.Elif(homing == HomingRequest.MOVE):
                     m.d.sync += header.override.eq(OverrideKind.NONE)
                     begin(_Procedure.HOME_X)

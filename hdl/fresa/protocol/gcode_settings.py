@@ -82,6 +82,8 @@ SETTINGS = (
     GCodeSetting(23, "axes that home to their lower end, a bit for each", 0, 7, False, 0),
     GCodeSetting(24, "speed at which switches are located, mm/min", 1, _MOST, True, 25_000),
     GCodeSetting(25, "speed at which switches are sought, mm/min", 1, _MOST, True, 500_000),
+    GCodeSetting(26, "time for which homing waits behind each of its motions, ms", 0, 65_535, False,
+                 0),
     GCodeSetting(27, "distance from the switches after homing, mm", 1, 6_000_000, True, 1_000),
     GCodeSetting(30, "speed of the spindle at full power, rev/min", 0, _MOST, True, 1_000_000),
     GCodeSetting(31, "speed of the spindle at least power, rev/min", 0, _MOST, True, 0),

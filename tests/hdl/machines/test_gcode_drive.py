@@ -9,7 +9,7 @@ import pytest
 from fresa.machines.gcode import GCode
 from tb.boards import component
 from tb.engines import CXXRTLEngine, Engine
-from tests.hdl.machines.test_gcode import SETTINGS, UNLOCKED, Session
+from tests.hdl.machines.test_gcode import HOMED, SETTINGS, UNLOCKED, Session, Switches
 
 pytestmark = pytest.mark.compiler
 
@@ -140,6 +140,26 @@ def test_motors_stay_on_in_a_homing_cycle_and_with_255(session):
     session.run(270 * MS)
     assert session.engine.get("enable") == 1
     assert session.send("$1=256\n") == ["error:38"]
+
+
+def test_homing_stands_behind_each_of_its_motions(design):
+    """It meets a switch twice, and pulls off as often, but behind the last time it is through."""
+    with CXXRTLEngine(design) as engine:
+        session = Switches(engine, (0.5, -0.5, 0.3))
+        for line in [*HOMED, "$26=40"]:
+            assert session.send(line + "\n") == ["ok"]
+        session.path.clear()
+        session.send("$H\n", wait=False, read=False)
+        while not (answers := session.read()):
+            session.run(2500)
+            assert session.engine.clock < 40_000_000
+        assert answers == ["ok"]
+        times = [clock for clock, _ in session.path]
+        gaps = [(after - before) / MS for before, after in zip(times, times[1:], strict=False)]
+        assert sum(gap > 38 for gap in gaps) == 11
+        assert max(gaps) < 70
+        assert session.state() == ("Idle", [-0.4, -14.6, -0.4])
+        assert not engine.get("fault")
 
 
 def test_tolerance_of_arcs_is_kept_and_changes_nothing(session):

@@ -12,7 +12,7 @@ from fresa.protocol import SETTINGS, setting_index
 from tb.boards import component
 from tb.engines import AmaranthEngine, Engine
 
-VALUES = {24: 30_000, 25: 600_000, 27: 1_500, 100: 80_000, 101: 40_000, 102: 250_000,
+VALUES = {24: 30_000, 25: 600_000, 26: 250, 27: 1_500, 100: 80_000, 101: 40_000, 102: 250_000,
           130: 15_000, 131: 10_000, 132: 5_000}
 
 
@@ -30,7 +30,7 @@ class Machine:
         self.moving: tuple[int, int] | None = None  # axis and target
         self.home: dict[int, int] = {}  # where the switch of an axis was said to be
         self.latched = 0
-        self.wait = self.begins = 0
+        self.wait = self.begins = self.dwell = self.dwells = 0
         self.requests: list[tuple[int, ...]] = []
         self.failure = 0
         engine.set(start=1, lower=lower)
@@ -49,7 +49,9 @@ class Machine:
         """Do a clock; return whether the cycle is through."""
         engine = self.engine
         self.begins = max(0, self.begins - 1)
-        engine.set(switches=self.on(), moving=self.moving is not None, standing=1,
+        # While it dwells switches may bounce.
+        engine.set(switches=self.rng.getrandbits(3) if self.dwell else self.on(),
+                   moving=self.moving is not None or self.dwell > 0, standing=1,
                    begins=self.begins > 0, allowed=self.rng.getrandbits(1))
         (address, brake, restart, latch, place, done, failure, axis, active
          ) = engine.get("setting_address", "brake", "restart", "latch", "place", "done",
@@ -58,13 +60,18 @@ class Machine:
         want = SimpleNamespace(**dict(zip(names, engine.get(*(f"request_{name}" for name in names)),
                                         strict=True)))
         homed = False
+        self.dwell = max(0, self.dwell - 1)
         if want.kind == HomingRequest.NONE.value:
             self.wait = 5
         else:
-            assert self.moving is None and not self.begins
+            assert self.moving is None and not self.begins and not self.dwell
             self.wait -= 1
             homed = self.wait == 0
-            if homed and want.kind == HomingRequest.MOVE.value:
+            if want.kind == HomingRequest.WAIT.value:
+                assert address == setting_index(26)
+                self.dwells += homed
+                self.dwell = homed * self.rng.randint(1, 100)
+            elif homed and want.kind == HomingRequest.MOVE.value:
                 offset = want.distance * want.thousandths // 1000
                 begin = self.home[want.axis] if want.from_switch else self.at[want.axis]
                 self.moving = want.axis, begin + (-offset if want.back else offset)
@@ -127,6 +134,7 @@ def test_each_axis_goes_to_its_switch_and_away(homing, lower):
                 (axis, travel, 1500, back, 0, 600_000), (axis, 1_500, 1000, 1 - back, 1, 600_000),
                 (axis, 1_500, 5000, back, 0, 30_000), (axis, 1_500, 1000, 1 - back, 1, 600_000)]
         assert [each[0] for each in machine.requests] == [2] * 4 + [0] * 4 + [1] * 4
+        assert machine.dwells == 11  # before each of them but the first
         engine.run(1)
         assert engine.get("active", "fault") == (0, 0)
 

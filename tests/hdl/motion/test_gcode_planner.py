@@ -273,6 +273,17 @@ def test_a_homing_cycle_has_its_lines(design):
             assert words
             assert motion(words) == model.line(target, feed * 1000 // 60)
 
+        # A dwell of $26, which the cycle has read
+        for wait in (0, 250, 65_535):
+            machine.settings = [wait] * len(SETTING_LIST)
+            machine.clock()
+            words = machine.home(HomingRequest.WAIT)
+            assert words
+            assert BlockHeader.from_bits(words[BlockWord.HEADER]).kind == BlockKind.DWELL
+            assert words[BlockWord.EXTRA] == 1000 * wait
+            assert [words[word] for word in range(16, 20)] == [0] * 4
+            model.stop()
+
         # A switch 20 mm below 0, where axis X is now, then 1 mm up from it
         machine.home(HomingRequest.PLACE, axis=0, distance=20_000, back=1, thousandths=1000,
                      steps=LINE.steps[0])
