@@ -20,7 +20,7 @@ def test_settings_are_in_order_and_their_defaults_fit():
 
 
 @pytest.mark.parametrize(("values", "says"), [
-    ({13: 1}, "no setting \\$13"), ({100: 0}, "\\$100"), ({3: 8}, "\\$3"),
+    ({14: 1}, "no setting \\$14"), ({100: 0}, "\\$100"), ({3: 8}, "\\$3"),
     ({110: 1 << 27}, "\\$110, in thousandths,")])
 def test_values_that_cannot_be_are_refused(values, says):
     with pytest.raises(ValueError, match=says):
