@@ -4,6 +4,7 @@ import ast
 import platform
 import re
 import sys
+from functools import cache
 from graphlib import TopologicalSorter
 from pathlib import Path
 
@@ -52,10 +53,16 @@ LAYERS = {  # rooms of a package, from the bottom: each may import those of its 
 }
 
 
+@cache
+def tree(path: Path) -> ast.Module:
+    """Return the syntax of a file."""
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
 def imports(path: Path) -> set[str]:
     """Top-level packages that a file imports, anywhere in it."""
     found = set()
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for node in ast.walk(tree(path)):
         if isinstance(node, ast.Import):
             found |= {alias.name.split(".")[0] for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.level == 0 and node.module:
@@ -71,6 +78,7 @@ def test_arrows_point_downwards(room):
         assert foreign <= ROOMS[room], path
 
 
+@cache
 def rooms(package: str) -> dict[str, set[str]]:
     """Return the modules and packages of a package, each with those of them that it imports."""
     top = ROOT / package
@@ -78,7 +86,7 @@ def rooms(package: str) -> dict[str, set[str]]:
     for path in top.rglob("*.py"):
         parts = path.relative_to(top).with_suffix("").parts
         used = found.setdefault(parts[0], set()) if parts != ("__init__",) else set()
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        for node in ast.walk(tree(path)):
             if isinstance(node, ast.ImportFrom):
                 module = node.module.split(".") if node.module else []
                 outer = [package, *parts][:-node.level] if node.level else []
@@ -109,7 +117,7 @@ def test_every_room_says_what_it_is(package):
     for name in rooms(package):
         path = ROOT / package / name
         path = path / "__init__.py" if path.is_dir() else path.with_suffix(".py")
-        about = (ast.get_docstring(ast.parse(path.read_text("utf-8"))) or "").partition("\n")[0]
+        about = (ast.get_docstring(tree(path)) or "").partition("\n")[0]
         assert about.endswith("."), path
 
 

@@ -48,7 +48,7 @@ def resets_are_checked(make: Callable[[], FaultTarget], sessions: Callable[[int]
     gap : int
         Clocks from reset to reset in which its motors move; mistakes have up to half as many more.
     mark : mark
-        Of the tests with mistakes, each of which compiles the machine.
+        Of the tests, each of which compiles the machine or one with a mistake.
     """
     @pytest.mark.compiler
     class Tests:
@@ -61,6 +61,7 @@ def resets_are_checked(make: Callable[[], FaultTarget], sessions: Callable[[int]
             _, wrong = run_with_fault(planted, make, sessions(1), gap * 3 // 2)
             assert wrong is not None and wrong.what.startswith(found)
 
+        @mark
         def test_none_without_a_mistake(self):
             with closing(Trial(make())) as trial:
                 trial.load(sessions(2))

@@ -3,6 +3,7 @@
 """The positioner on its board: each pin, in simulation and in the netlist."""
 
 import re
+from functools import cache
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from fresa.machines.positioner import PositionerTiming
 from fresa_boards.nexys2 import NEXYS2_500, NEXYS2_1200
 from fresa_boards.wiring import prepare
 from tb.boards import board as on_board
+from tb.design import Design
 from tb.engines import AmaranthEngine, CXXRTLEngine
 from tb.machines.positioner.model import PositionerModel
 from tb.runners import ModelRunner
@@ -27,13 +29,20 @@ OUTPUTS = ["tx", "buzzer", "leds", *MOTORS]
 RELEASED = 7
 
 
+def design(*turned: str, **options) -> Design:
+    return on_board("positioner", Positioner(timing=TIMING, **options), debounce=3,
+                    inverted=turned)
+
+
+elaborated_once = cache(design)
+
+
 class Board:
     """A board on the bench, with someone at its line."""
 
     def __init__(self, *turned: str, **options) -> None:
-        kind = AmaranthEngine if CXXRTLEngine.missing() else CXXRTLEngine
-        self.engine = kind(on_board("positioner", Positioner(timing=TIMING, **options), debounce=3,
-                                    inverted=turned))
+        self.engine = (AmaranthEngine(design(*turned, **options)) if CXXRTLEngine.missing() else
+                       CXXRTLEngine(elaborated_once(*turned, **options)))
         self.engine.set(rx=1, limits=RELEASED)
         self.seen = {name: np.empty(0, int) for name in OUTPUTS}
         self.apply([1] * 80)

@@ -2,6 +2,8 @@
 
 """The mill on its board with orders from the RS-232 port: its pins, its switches, whole jobs."""
 
+from functools import cache
+
 import pytest
 
 from fresa.machines import MillStation, SerialOrders
@@ -10,6 +12,7 @@ from fresa_host.errors import WasReset
 from fresa_host.order_lines import Kind, Order, request
 from fresa_host.orders import NotReady, OrderRefused, Sender
 from tb.boards import board as on_board
+from tb.design import Design
 from tb.engines.cxxrtl import CXXRTLEngine
 from tb.uart import SerialLine
 
@@ -23,13 +26,18 @@ BIT = 16
 BYTE = 10 * BIT
 
 
+@cache
+def design() -> Design:
+    machine = MillStation(source=SerialOrders(period=BIT), timing=MillTiming(PERIOD, 3),
+                          z_travel=TRAVEL)
+    return on_board("mill", machine, debounce=STILL)
+
+
 class Board:
     """A board with a host at its RS-232 port, and someone at its switches."""
 
     def __init__(self) -> None:
-        machine = MillStation(source=SerialOrders(period=BIT), timing=MillTiming(PERIOD, 3),
-                              z_travel=TRAVEL)
-        self.engine = CXXRTLEngine(on_board("mill", machine, debounce=STILL))
+        self.engine = CXXRTLEngine(design())
         self.line = SerialLine(self.engine, BIT)
         self.line.run(4 * BIT)
         self.turn(AUTOMATIC)

@@ -4,6 +4,7 @@
 """Designs that engines are compared on, and inputs for them."""
 
 import random
+from collections.abc import Collection
 from dataclasses import replace
 from pathlib import Path
 
@@ -28,11 +29,12 @@ MARKS = {
 """What an engine needs, by the marks of tests."""
 
 
-def engines(*names: str):
-    """Parametrize a test with engines."""
+def engines(*names: str, long: Collection[str] = ()):
+    """Parametrize a test with engines, of which some take long."""
     return pytest.mark.parametrize("kind", [
         pytest.param(ENGINES[name], id=name,
-                     marks=[getattr(pytest.mark, mark) for mark in MARKS.get(name, ())])
+                     marks=[getattr(pytest.mark, mark) for mark in (
+                         *MARKS.get(name, ()), *["long"] * (name in long))])
         for name in names])
 
 

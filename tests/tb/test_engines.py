@@ -249,7 +249,8 @@ class TestEngine:
             with pytest.raises(EngineError, match=r"^The engine is closed; make a new one$"):
                 do()
 
-    @engines("amaranth", "verilator", "icarus", "ghdl")  # for CXXRTL's, see TestWaveform
+    # For CXXRTL's, see TestWaveform.
+    @engines("amaranth", "verilator", "icarus", "ghdl", long=["verilator"])
     def test_waveform_has_ports_at_their_times(self, kind, tmp_path):
         path = tmp_path / "a wave.vcd"
         with kind(adder(), vcd=path) as engine:
@@ -264,10 +265,11 @@ class TestEngine:
         assert read["go"] == [(0, "1"), (40, ""), (60, "1"), (80, "")]
         assert read["total"] == [(0, "11"), (10, "110"), (30, "1001"), (70, "1010")]
 
-    @every
+    @engines("amaranth", "cxxrtl", "verilator", "icarus", "ghdl", long=["verilator"])
     def test_waveform_that_cannot_be_written(self, kind, tmp_path):
+        made = machine() if kind is CXXRTLEngine else adder()  # compiled for TestWaveform as well
         with pytest.raises(EngineError, match=r"^Waveform .* cannot be written$"):
-            kind(adder(), vcd=tmp_path / "nowhere" / "it.vcd")
+            kind(made, vcd=tmp_path / "nowhere" / "it.vcd")
 
     @engines("amaranth", "cxxrtl", "verilator", "icarus")
     def test_asynchronous_reset(self, kind):
@@ -362,7 +364,9 @@ class TestEngine:
 
 class TestAgreement:
     @pytest.mark.compiler
-    @pytest.mark.parametrize("make", [machine, lambda: scramble(0), lambda: scramble(1)])
+    @pytest.mark.parametrize("make", [
+        machine, lambda: scramble(0),
+        pytest.param(lambda: scramble(1), marks=pytest.mark.long)])
     def test_at_every_clock(self, make):
         design = make()
         played = random_inputs(design, 1500, 7)
@@ -409,11 +413,21 @@ def fresh(tmp_path, monkeypatch):
     return tmp_path / "fresa" / "cxxrtl"
 
 
+@pytest.fixture(scope="module")
+def built(tmp_path_factory) -> Path:
+    """Build the machine; return the folder of its library, which is in a cache of its own."""
+    where = tmp_path_factory.mktemp("cache")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("XDG_CACHE_HOME", str(where))
+        CXXRTLEngine(machine()).close()
+    return where / "fresa" / "cxxrtl"
+
+
 @pytest.mark.compiler
 class TestLibrary:
-    def test_is_built_once(self, fresh, monkeypatch):
-        CXXRTLEngine(machine()).close()
-        kept = list(fresh.iterdir())
+    def test_is_built_once(self, built, monkeypatch):
+        monkeypatch.setenv("XDG_CACHE_HOME", str(built.parents[1]))
+        kept = list(built.iterdir())
         assert [path.suffix for path in kept] == [".so"]
         os.utime(kept[0], (1, 1))
         monkeypatch.setattr(build, "_build", lambda *_: pytest.fail("built again"))
@@ -422,8 +436,8 @@ class TestLibrary:
             assert engine.get("seen_here") == 3
         assert kept[0].stat().st_mtime > 1  # used last, kept longest
 
-    def test_damaged_is_built_again(self, fresh, monkeypatch):
-        CXXRTLEngine(machine()).close()
+    def test_damaged_is_built_again(self, built, fresh, monkeypatch):
+        shutil.copytree(built, fresh)
         (library,) = fresh.iterdir()
         content = library.read_bytes()
 
@@ -441,7 +455,15 @@ class TestLibrary:
                 assert engine.get("seen_here") == 3
             assert library.stat().st_size == len(content)
 
-    def test_cache_is_bounded(self, fresh, monkeypatch):
+    def test_cache_is_bounded(self, built, fresh, monkeypatch):
+        (library,) = built.iterdir()
+        content = library.read_bytes()[:-cache.DIGEST]
+
+        def build_again(work, *_, **__):
+            (work / "design.so").write_bytes(content)
+            return work / "design.so"
+
+        monkeypatch.setattr(build, "_build", build_again)
         monkeypatch.setattr(build, "KEPT", 3)
         fresh.mkdir(parents=True)
         for n in range(5):

@@ -20,7 +20,6 @@ from tests.tb.designs import clocked, engines, random_inputs, scramble
 
 verilog = engines("verilator", "icarus")
 icarus = engines("icarus")
-every = engines("verilator", "icarus", "netlist", "netlist-icarus")
 
 pytestmark = pytest.mark.usefixtures("libraries")
 
@@ -55,11 +54,11 @@ def no_value() -> Design:
 
 
 class TestAgreement:
-    @every
+    @engines("verilator", "icarus", "netlist", "netlist-icarus", long=["netlist"])
     def test_at_every_clock(self, kind):
         self.agree(tables, kind)
 
-    @verilog
+    @engines("verilator", "icarus", long=["verilator"])
     @pytest.mark.parametrize("seed", [1])
     def test_scrambled(self, kind, seed):
         self.agree(lambda: scramble(seed, whole=True), kind)

@@ -20,11 +20,14 @@ from tb.uart import FRAME, BitTimingError, Text, decode, decode_output, high, le
 
 TARGETS = fuzz_targets()
 BIT = 16
+LONG = {"positioner"}
+"""Those that are compiled for long."""
 
 
 @pytest.mark.compiler
 @pytest.mark.usefixtures("libraries")
-@pytest.mark.parametrize("name", TARGETS)
+@pytest.mark.parametrize("name", [
+    pytest.param(name, marks=[pytest.mark.long] * (name in LONG)) for name in TARGETS])
 class TestMachines:
     @pytest.mark.long
     def test_nothing_is_found(self, name):

@@ -66,6 +66,7 @@ def test_both_refuse_what_is_wrong():
     assert not taken
 
 
+@pytest.mark.long
 def test_programs_of_linuxcnc_end_where_they_should():
     """Expanded by LinuxCNC to movements, and written as plain lines."""
     programs, arcs = 0, set()

@@ -379,7 +379,9 @@ class TestUnknown:
             seen = unknown.look(elaborate(runnable.make), kind, runnable, seed=1, clocks=400)
             assert (seen.clocks, seen.wrong) == (800, None)
 
-    @pytest.mark.parametrize("as_what", unknown.ENGINES)
+    @pytest.mark.parametrize("as_what", [
+        pytest.param(name, marks=[pytest.mark.long] * (name == "netlist"))
+        for name in unknown.ENGINES])
     def test_registers_without_a_value_are(self, as_what):
         kind = unknown.without_values(unknown.ENGINES[as_what])
         seen = unknown.look(elaborate(RUN.make), kind, RUN, seed=1,

@@ -2,11 +2,14 @@
 
 """Every operation of the arithmetic unit, with every operand of a few bits."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 
 from fresa.arithmetic import ArithmeticUnit, Operation
 from tb.boards import component
+from tb.design import Design
 from tb.engines import CXXRTLEngine
 from tb.models.arithmetic import compute
 
@@ -36,6 +39,11 @@ def check(engine, operation: Operation, operands: np.ndarray, flag: int, width: 
                    for word, other in zip(words, found, strict=False)), (high, low, b, flag)
 
 
+@cache
+def unit(width: int) -> Design:
+    return component("unit", ArithmeticUnit(width=width))
+
+
 @pytest.mark.compiler
 @pytest.mark.parametrize("operation", Operation)
 def test_every_operand(operation):
@@ -46,6 +54,6 @@ def test_every_operand(operation):
     high, low, b = np.meshgrid(size, [1] if operation.name in NO_PAIR else size,
                                [1] if operation.name in NO_B else size, indexing="ij")
     operands = np.stack([each.ravel() for each in (high, low, b)], axis=1)
-    with CXXRTLEngine(component("unit", ArithmeticUnit(width=width))) as engine:
+    with CXXRTLEngine(unit(width)) as engine:
         for flag in (0, 1):
             check(engine, operation, operands, flag, width)

@@ -7,6 +7,7 @@ import random
 import re
 from dataclasses import replace
 from fractions import Fraction
+from functools import cache
 from math import hypot
 
 import numpy as np
@@ -14,6 +15,7 @@ import pytest
 
 from fresa.machines.gcode import GCode, GCodeSettings
 from tb.boards import component
+from tb.design import Design
 from tb.engines import CXXRTLEngine, Engine
 from tb.models.gcode_language import Interpreter, RefusedLine, words
 from tb.models.protocol import bits
@@ -53,9 +55,13 @@ class Session:
         """Let time pass, on the line as well."""
         end = self.engine.clock + clocks
         while self.engine.clock < end:
-            self.engine.set(rx=self.waiting[0] if self.waiting else 1)
-            span = self.bit if self.waiting else end - self.engine.clock
-            self.waiting = self.waiting[1:]
+            level, span = 1, end - self.engine.clock
+            if self.waiting:
+                level, alike = self.waiting[0], 1
+                while alike * self.bit < span and self.waiting[alike:alike + 1] == [level]:
+                    alike += 1
+                self.waiting, span = self.waiting[alike:], alike * self.bit
+            self.engine.set(rx=level)
             seen = self.engine.run(span, (
                 "step", "direction", "tx", "spindle", "flood"))
             self.on |= set(np.flatnonzero([seen["spindle"].any(), seen["flood"].any()]).tolist())
@@ -79,8 +85,7 @@ class Session:
     def send(self, text: str, *, wait: bool = True, read: bool = True) -> list[str]:
         """Send text, wait until nothing moves, and return the lines that came."""
         self.waiting += [level for byte in text.encode("latin-1") for level in bits(byte)]
-        while self.waiting:
-            self.run(self.bit)
+        self.run(self.bit * len(self.waiting))
         self.run(12_000)
         while wait and self.engine.get("moving"):
             self.run(10_000)
@@ -105,9 +110,15 @@ class Session:
             for each, steps in zip(millimetres, self.steps_per_mm, strict=True)]
 
 
+@cache
+def elaborated_once() -> Design:
+    """Return the machine of all tests: to convert it takes seconds."""
+    return component("gcode", GCode(settings=SETTINGS))
+
+
 @pytest.fixture(scope="module")
 def design():
-    return component("gcode", GCode(settings=SETTINGS))
+    return elaborated_once()
 
 
 @pytest.fixture
@@ -140,7 +151,8 @@ def program(rng: random.Random, count: int) -> list[str]:
     return [*lines, "G94 G90 G21", "G53 G0 X0 Y0 Z0"]
 
 
-@pytest.mark.parametrize("seed", [0, 1, pytest.param(2, marks=pytest.mark.long)])
+@pytest.mark.parametrize("seed", [
+    0, *(pytest.param(seed, marks=pytest.mark.long) for seed in (1, 2))])
 def test_programs_end_where_the_language_says_and_each_line_is_answered(session, seed):
     model = Interpreter()
     for line in program(random.Random(seed), 40):
@@ -153,7 +165,8 @@ def test_programs_end_where_the_language_says_and_each_line_is_answered(session,
         assert session.position == steps(model.position), (line, actions)
 
 
-@pytest.mark.parametrize("seed", [0, 1, pytest.param(2, marks=pytest.mark.long)])
+@pytest.mark.parametrize("seed", [
+    0, *(pytest.param(seed, marks=pytest.mark.long) for seed in (1, 2))])
 def test_programs_that_are_sent_at_once_end_there_too(session, seed):
     """Lines and arcs in one motion, each line sent when there is room for it."""
     model, expected = Interpreter(), []
@@ -326,7 +339,7 @@ def test_outputs_change_in_motion_without_a_stop(session):
     assert session.engine.get("spindle", "flood") == (0, 0)
 
 
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.long)])
 def test_every_line_of_rubbish_is_answered_once(session, seed):
     rng = random.Random(seed)
     for _ in range(40):
@@ -517,9 +530,10 @@ def test_settings_are_listed_changed_and_kept(session):
 
 
 @pytest.mark.parametrize(("line", "end"), [
-    ("G1X0.00005F0.1", 7), ("G1Y-0.00001F0.001", 0), ("G1X0.00003Y0.0001Z-0.00002F99", 4),
-    ("G93G1X0.00003F30", 4), ("G0X0.00004", 5), ("G2X0.00002I0.00001F1", 3),
-    ("G3X0.000001I0.000001F0.001", 0), ("G2X-0.000002Y0.00002Z0.00001I0.00001F0.001", 0)])
+    ("G1X0.00005F0.1", 7), ("G0X0.00004", 5), ("G2X0.00002I0.00001F1", 3),
+    ("G3X0.000001I0.000001F0.001", 0), *(pytest.param(*slow, marks=pytest.mark.long) for slow in [
+        ("G1Y-0.00001F0.001", 0), ("G1X0.00003Y0.0001Z-0.00002F99", 4), ("G93G1X0.00003F30", 4),
+        ("G2X-0.000002Y0.00002Z0.00001I0.00001F0.001", 0)])])
 def test_a_line_ends_however_slow_it_is(session, line, end):
     """With the least acceleration and the shortest steps that settings have."""
     assert session.send("$110=1\n$100=134217.727\n$120=0.001\n$121=0.001\n$122=0.001\n") == [
@@ -829,8 +843,10 @@ def test_a_jog_is_no_part_of_the_program(session):
     assert session.at(0, 0, 0)
 
 
-@pytest.mark.parametrize("byte", ["\x85", "!"])
-@pytest.mark.parametrize(("jogs", "each"), [(1, 4), (3, 2), (70, 0.4), (80, 0.4)])
+@pytest.mark.parametrize(("jogs", "each", "byte"), [
+    (1, 4, "\x85"), (3, 2, "!"), (80, 0.4, "\x85"),
+    *(pytest.param(*many, marks=pytest.mark.long) for many in [
+        (1, 4, "!"), (3, 2, "\x85"), (70, 0.4, "!"), (70, 0.4, "\x85"), (80, 0.4, "!")])])
 def test_a_jog_is_cancelled_where_it_is(session, jogs, each, byte):
     """With more of them than the queue has room for, too: then one waits in the planner."""
     said = session.send(JOG.format(each, 3000) * jogs + "?", wait=False) + session.send(byte)

@@ -19,10 +19,8 @@ from tests.hdl.machines.test_gcode import (
     UNLOCKED,
     Belts,
     Session,
-    design,
+    elaborated_once,
 )
-
-__all__ = ["design"]
 
 pytestmark = pytest.mark.compiler
 
@@ -45,14 +43,16 @@ class Probing(Session):
     """Where the axes were when it was touched first, in steps."""
 
     def run(self, clocks: int) -> None:
-        """Let time pass; the probe follows Z."""
+        """Let time pass; the probe follows Z, which takes 100 clocks for a step at its fastest."""
         end = self.engine.clock + clocks
         while self.plate is not None and self.engine.clock < end:
             on = self.position[2] <= self.plate
             if on and self.touched is None:
                 self.touched = [*self.position]
             self.engine.set(probe=on)
-            super().run(min(100, end - self.engine.clock))  # a step takes 1000
+            left = end - self.engine.clock
+            far = 90 * (abs(self.position[2] - self.plate) - 2)
+            super().run(min(max(20, far // 20 * 20), left))
         super().run(end - self.engine.clock)
 
     def say(self, text: str) -> None:
@@ -92,8 +92,8 @@ class Probing(Session):
 
 
 @pytest.fixture
-def engine(design):
-    with CXXRTLEngine(design) as engine:
+def engine():
+    with CXXRTLEngine(elaborated_once()) as engine:
         yield engine
         assert not engine.get("fault")
 

@@ -5,6 +5,7 @@
 import gc
 import random
 import re
+from functools import cache
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ import pytest
 from fresa.machines import Positioner
 from fresa.machines.positioner import PositionerTiming
 from tb.boards import component
+from tb.design import Design
 from tb.engines import AmaranthEngine, CXXRTLEngine
 from tb.machines.positioner.model import PositionerModel
 from tb.models.protocol import bits
@@ -28,9 +30,17 @@ REPORT = re.compile(rb"# POS (-?\d+) (-?\d+) (-?\d+) :")
 ON_THE_WIRE = BIT * 10
 
 
+def design_of(timing: PositionerTiming, **options) -> Design:
+    return component("positioner", Positioner(timing=timing, **options))
+
+
+elaborated_once = cache(design_of)  # it takes more time than most of what is done with it
+
+
 def engine_of(timing: PositionerTiming = TIMING, **options):
-    kind = AmaranthEngine if NO_COMPILER else CXXRTLEngine
-    return kind(component("positioner", Positioner(timing=timing, **options)))
+    if NO_COMPILER:
+        return AmaranthEngine(design_of(timing, **options))
+    return CXXRTLEngine(elaborated_once(timing, **options))
 
 
 def encoded(*lines: str) -> list[int]:

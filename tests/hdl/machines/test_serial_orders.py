@@ -4,6 +4,7 @@
 
 import random
 import re
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -12,6 +13,7 @@ from fresa.machines import SerialOrders
 from fresa_host.order_lines import Kind, Order, request
 from fresa_host.orders import Sender
 from tb.boards import component
+from tb.design import Design
 from tb.engines import AmaranthEngine
 from tb.engines.cxxrtl import CXXRTLEngine
 from tb.models.orders import OrdersModel
@@ -26,12 +28,18 @@ REST = 3 * BYTE
 """Clocks without a byte after which no answer is under way."""
 
 
+def design() -> Design:
+    return component("serial_orders", SerialOrders(period=BIT))
+
+
+elaborated_once = cache(design)
+
+
 class Mill:
     """The gateware, and a tool that carries out its orders."""
 
     def __init__(self) -> None:
-        kind = AmaranthEngine if NO_COMPILER else CXXRTLEngine
-        self.engine = kind(component("serial_orders", SerialOrders(period=BIT)))
+        self.engine = AmaranthEngine(design()) if NO_COMPILER else CXXRTLEngine(elaborated_once())
         self.line = SerialLine(self.engine, BIT)
         self.engine.set(enable=1)
         self.line.run(4 * BIT)

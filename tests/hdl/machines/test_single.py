@@ -5,6 +5,7 @@
 import random
 import re
 from fractions import Fraction
+from functools import cache
 from math import sqrt
 
 import numpy as np
@@ -17,6 +18,7 @@ from fresa.machines import Single
 from fresa.machines.single import PHASES, SingleTiming
 from fresa.motion import ramp_rates
 from tb.boards import component
+from tb.design import Design
 from tb.engines import AmaranthEngine, CXXRTLEngine, Engine
 from tb.machines.single.model import BIPOLAR, UNIPOLAR, SingleModel
 from tb.machines.single.stimulus import directed, random_rows
@@ -34,10 +36,17 @@ KINDS = {  # parameters, and the phases that they give
 RANDOM = settings(deadline=None, database=None, derandomize=True, max_examples=10)
 
 
+def design(**options) -> Design:
+    return component("single", Single(greeting=HELLO[:4], help_text=HELLO[4:], **options))
+
+
+elaborated_once = cache(design)  # it takes more time than most of what is done with it
+
+
 def single(engine: type[Engine] = AmaranthEngine, *, timing: SingleTiming = TIMING,
            ramp: int = 0, **options: bool) -> Engine:
-    return engine(component("single", Single(timing=timing, greeting=HELLO[:4], help_text=HELLO[4:],
-                                             ramp=ramp, **options)))
+    make = elaborated_once if engine is CXXRTLEngine else design
+    return engine(make(timing=timing, ramp=ramp, **options))
 
 
 def model(*, timing: SingleTiming = TIMING, phases=BIPOLAR) -> SingleModel:

@@ -224,7 +224,8 @@ def motion(words: Mapping[int, int], percent: int = 100) -> MotionBlock:
 
 
 @pytest.mark.compiler
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", [
+    *range(2), *(pytest.param(seed, marks=pytest.mark.long) for seed in (2, 3))])
 def test_settings_hold_from_the_next_line_on(design, seed):
     """A setting is in thousandths; a block is as if the machine had been built with it."""
     rng = random.Random(seed)

@@ -50,6 +50,7 @@ def test_mistakes_are_found(name):
     assert kind in kinds(text, mistake)
 
 
+@pytest.mark.long
 def test_nothing_is_found_where_there_is_no_mistake():
     assert kinds(b"".join(text for text, *_ in MISTAKES.values())) == set()
 
@@ -61,7 +62,8 @@ def test_mistakes_of_a_second_motor_are_found(name):
 
 
 @pytest.mark.compiler
-@pytest.mark.parametrize("target", [FUZZ, GANTRY], ids=["gcode", "gantry"])
+@pytest.mark.parametrize("target", [
+    pytest.param(FUZZ, id="gcode"), pytest.param(GANTRY, id="gantry", marks=pytest.mark.long)])
 def test_a_session_finds_nothing(target):
     (outcome,) = fuzz(target, 2, 1500)
     assert outcome.findings.failures == []

@@ -10,6 +10,7 @@ from tb.registry import duts
 
 
 @pytest.mark.compiler
+@pytest.mark.long  # it is compiled for this alone
 def test_one_motor_of_two_is_homed_without_the_other_where_it_is_sought_and_located():
     machine = duts()["gcode-gantry"]
     design = machine.design()

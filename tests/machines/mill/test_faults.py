@@ -152,7 +152,7 @@ class TestResets:
             "the coil word of x jumps", id="jump"),
         pytest.param(
             Mistake("x.moved", lambda _, at: at("drivers.x.step") & at("x.rested")),
-            "a reset moves x", id="moves"),
+            "a reset moves x", marks=pytest.mark.long, id="moves"),
         pytest.param(
             Mistake("sequencer.refused", reset_less=True),
             "controller.sequencer.refused is not as from power-up after a reset",

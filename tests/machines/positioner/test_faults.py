@@ -2,6 +2,7 @@
 
 """Fault injection into `positioner`: its sessions, and mistakes of its resets."""
 
+import pytest
 from amaranth import Const
 
 from tb.machines.positioner.faults import sessions, target
@@ -23,4 +24,4 @@ TestResets = resets_are_checked(target, sessions, {
               "positioning.going is not as from power-up after a reset"),
     "halts": (Mistake("positioning.halt", lambda *_: Const(1)),
               "after a reset it does not obey the question"),
-})
+}, mark=pytest.mark.long)

@@ -93,6 +93,7 @@ class TestJob:
             (0, 0), (PIXEL_STEPS, 0), (PIXEL_STEPS, PIXEL_STEPS)]
         assert [flags for *_, flags in seen.path] == [0, 1, 1]
 
+    @pytest.mark.long
     def test_looking_rarely_or_often_is_the_same(self):
         paths = []
         for slice_ in (97, 1 << 20):

@@ -179,7 +179,7 @@ async def another(served: Served, page: Page, how: str) -> None:
 class TestJob:
     @pytest.mark.parametrize(("engine", "period"), [
         ("amaranth", 1),
-        pytest.param("cxxrtl", 500, marks=pytest.mark.compiler)])
+        pytest.param("cxxrtl", 500, marks=[pytest.mark.compiler, pytest.mark.long])])
     def test_to_the_end(self, libraries, engine, period):
         async def test(served):
             page = await served.page()
