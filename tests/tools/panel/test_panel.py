@@ -280,15 +280,14 @@ def test_a_place_that_was_lost_on_the_line_is_told_again(fake, path):
     session(path, what)
 
 
-def test_a_place_that_was_told_does_not_freeze(fake, path):
+def test_a_place_that_was_told_does_not_freeze(fake, path, monkeypatch):
+    monkeypatch.setattr(machine, "ANSWER_TIMEOUT_S", 60)  # longer than anything is waited for
     save(path, Settings("", Steps(5, 5, 5), on_since=0.0))
 
     async def what(site):
         await site.connect()
         site.do("jog", directions=[1, 0, 0])
-        begun = time.monotonic()
         await site.until(lambda: site.told("place")["steps"][0] > 2000)
-        assert time.monotonic() < begun + machine.ANSWER_TIMEOUT_S / 2
 
     session(path, what)
 
