@@ -7,6 +7,7 @@ import re
 import subprocess
 import sys
 from fractions import Fraction
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +16,7 @@ from amaranth.back import rtlil
 from PIL import Image
 
 from fresa.machines.mill import Mill, MillTiming, step_period
+from fresa_boards import verilog
 from fresa_boards.nexys2 import NEXYS2_500
 from fresa_boards.verilog import from_rtlil
 from tb.machines import machines
@@ -38,6 +40,14 @@ PORTS = {  # the pins of the thesis: direction and bits
 }
 SOURCES = {"mill.v", "mill.ucf", "mill.prj", "mill.xst", "pins.md", "pins.svg", "build.sh",
            "build.bat"}
+
+
+@pytest.fixture(scope="module", autouse=True)
+def converted_once():
+    """Run Amaranth's Yosys once for what is built again: its text depends on its input alone."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(verilog, "_yosys", cache(verilog._yosys))
+        yield
 
 
 @pytest.fixture

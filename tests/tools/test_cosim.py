@@ -348,6 +348,7 @@ class TestCampaign:
 
     @pytest.mark.verilator
     @pytest.mark.compiler
+    @pytest.mark.long  # and of the record, for longer
     def test_in_processes(self, tmp_path, capsys):
         assert run("--campaign", 100_000, "--jobs", 1, "--state", tmp_path / "it.json") == 0
         assert re.search(r"^verilator +100000 clocks", capsys.readouterr().out, re.M)

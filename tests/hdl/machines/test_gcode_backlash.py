@@ -44,7 +44,7 @@ def test_loads_end_where_lines_and_arcs_do(machine):
     rng = random.Random(5)
     for line in ("G1X1Y1Z1F3000", "X2", "X1.5Z0.5", "G2X1.5Y1I1F3000", "G91G1X0.0125", "X-0.0125",
                  "G90X0Y0Z0", *(f"X{rng.uniform(-1, 1):.2f}Z{rng.uniform(-1, 1):.2f}"
-                                for _ in range(4)), "X0Y0Z0"):
+                                for _ in range(5)), "X0Y0Z0"):
         assert machine.send(line + "\n") == ["ok"]
         state, at = machine.state()
         assert state == "Idle"
