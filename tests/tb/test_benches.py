@@ -28,7 +28,8 @@ from tests.vcd import read_types
 from tools.diagrams import DOCS, diagrams, draw_part, file_of
 
 BENCHES = benches()
-LONG = {"block-motion", "gcode", "gcode-thesis", "positioner", "serial-orders", "single"}
+LONG = {"block-motion", "g-code-planner", "gcode", "gcode-thesis", "positioner", "serial-orders",
+        "single", "square"}
 """Those that take long: whole sessions on a serial line, or every clock compared with a model."""
 
 STUCK = {

@@ -183,6 +183,7 @@ class TestTool:
 
 
 class TestNetlist:
+    @pytest.mark.long
     def test_block_ram_has_no_model(self):
         clk, at, word = Signal(), Signal(10), Signal(18)
         m = clocked(clk)

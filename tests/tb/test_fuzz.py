@@ -20,8 +20,8 @@ from tb.uart import FRAME, BitTimingError, Text, decode, decode_output, high, le
 
 TARGETS = fuzz_targets()
 BIT = 16
-LONG = {"positioner"}
-"""Those that are compiled for long."""
+LONG = {"positioner", "single"}
+"""Those with step times to measure, for which they are compiled; the record does it as well."""
 
 
 @pytest.mark.compiler

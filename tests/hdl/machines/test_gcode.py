@@ -918,7 +918,8 @@ def clocks_of(session, line: str) -> int:
 class TestOverrides:
     @pytest.mark.parametrize(("line", "commands", "length", "speed", "shown"), [
         ("G91 G1 X2 F1200\n", "\x91\x91\x91\x94", 2, 25.8, "129,100,100"),
-        ("G91 G1 X2 F1200\n", "\x92" * 12, 2, 2, "10,100,100"),
+        pytest.param("G91 G1 X2 F1200\n", "\x92" * 12, 2, 2, "10,100,100",
+                     marks=pytest.mark.long),
         ("G91 G1 X2 F1200\n", "\x91" * 11 + "\x95\x96", 2, 40, "200,50,100"),
         ("G91 G1 X2 F1200\n", "\x91\x93\x90", 2, 20, "100,100,100"),
         ("G91 G0 X4\n", "\x96\x91", 4, 50, "110,50,100"),

@@ -403,7 +403,8 @@ def test_soft_limits_let_no_arc_out_of_the_travel_on_its_way(design):
 
 
 @pytest.mark.compiler
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", [
+    0, *(pytest.param(seed, marks=pytest.mark.long) for seed in (1, 2))])
 def test_blocks_are_those_of_the_model(design, seed):
     with CXXRTLEngine(design) as engine:
         check(engine, seed, 60)

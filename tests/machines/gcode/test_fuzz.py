@@ -61,8 +61,8 @@ def test_mistakes_of_a_second_motor_are_found(name):
 
 
 @pytest.mark.compiler
-@pytest.mark.parametrize("target", [
-    pytest.param(FUZZ, id="gcode"), pytest.param(GANTRY, id="gantry", marks=pytest.mark.long)])
+@pytest.mark.long
+@pytest.mark.parametrize("target", [FUZZ, GANTRY], ids=["gcode", "gantry"])
 def test_a_session_finds_nothing(target):
     (outcome,) = fuzz(target, 2, 1500)
     assert outcome.findings.failures == []
@@ -71,6 +71,7 @@ def test_a_session_finds_nothing(target):
 
 
 @pytest.mark.compiler
+@pytest.mark.long  # the machine is compiled for a minute
 def test_a_place_that_is_lost_is_found():
     """By a level at the pins that differs from what the machine has made."""
     end = ANEW + b"$X\nG90G94G53G0X0Y0Z0\n"
