@@ -6,10 +6,15 @@ from typing import cast
 
 import pytest
 
-from fresa.machines.gcode import GCode
-from tb.boards import component
 from tb.engines import CXXRTLEngine, Engine
-from tests.hdl.machines.test_gcode import HOMED, SETTINGS, UNLOCKED, Session, Switches
+from tests.hdl.machines.test_gcode import (
+    HOMED,
+    SETTINGS,
+    UNLOCKED,
+    Session,
+    Switches,
+    elaborated_once,
+)
 
 pytestmark = pytest.mark.compiler
 
@@ -47,7 +52,7 @@ class Pins:
 
 @pytest.fixture(scope="module")
 def design():
-    return component("gcode", GCode(settings=SETTINGS))
+    return elaborated_once()
 
 
 @pytest.fixture

@@ -6,11 +6,9 @@ import re
 
 import pytest
 
-from fresa.machines.gcode import GCode
-from tb.boards import component
 from tb.engines import CXXRTLEngine
 
-from .test_gcode import SETTINGS, Session
+from .test_gcode import Session, elaborated_once
 
 pytestmark = pytest.mark.compiler
 
@@ -20,7 +18,7 @@ MOVED = "G10 L2 P1 X0.1 Y-0.25 Z1.0005\nG92 X1\nG43.1 Z0.5\nG53 G0 X1.5 Y-0.5 Z0
 
 @pytest.fixture(scope="module")
 def design():
-    return component("gcode", GCode(settings=SETTINGS))
+    return elaborated_once()
 
 
 @pytest.fixture

@@ -18,6 +18,7 @@ from tests.hdl.machines.test_gcode import (
     UNLOCKED,
     Session,
     Switches,
+    elaborated_once,
 )
 
 pytestmark = pytest.mark.compiler
@@ -25,7 +26,7 @@ pytestmark = pytest.mark.compiler
 
 @pytest.fixture(scope="module")
 def design():
-    return component("gcode", GCode(settings=SETTINGS))
+    return elaborated_once()
 
 
 @pytest.fixture
