@@ -106,6 +106,8 @@ def _watch_point(c: Contract, dut: DecimalWriter, digits: Bits, place: Bits) -> 
         c.m.d.sync += [wanted.eq(dut.decimals), there.eq(0)]
     with c.m.Elif(dut.bytes.ready & state("POINT")):
         c.m.d.sync += there.eq(1)
+    c.invariant("most-decimals", "There are no more than it may have.",
+                wanted <= dut.most_decimals, cover=wanted == dut.most_decimals, lemma=True)
     c.implication("point-once", "A number that is to have a point has one before its decimals, "
                   "and no other has any.", when=state("COUNT", "DIGIT"),
                   then=there == (place < wanted))

@@ -123,6 +123,8 @@ def describe(c: Contract, dut: GCodeReporter) -> None:
     inches = c.keep(1, name="inches")
     with c.m.If(state("REST") | c.rst):
         c.m.d.sync += inches.eq(dut.inches & ~c.rst)
+    c.invariant("unit", "That is what is kept.", c.signal("inches") == inches, cover=inches,
+                lemma=True)
     c.invariant("decimals", "A number has the decimals of its unit, which is that before its line.",
                 state("FAULT") | (writer.decimals == Array(
                     [0, inches, 3, 3 + inches])[c.signal("item")[4:6]]), cover=inches)
