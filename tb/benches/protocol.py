@@ -387,7 +387,7 @@ def g_code_reader(run: Run) -> str:
         for line, expected in [
             (b"g1 x-1.5(to)2y2", "G1000000 X-1520000 Y2000000 GOOD"), (b";only this", "GOOD"),
             (b"X5 Y", "X5000000 NO_NUMBER"), (b"%", "NO_LETTER"),
-            (b"$1=25", "$ 1 $1000000 = 2 5 =25000000 GOOD"),
+            (b"$1=25", "$ 1 $1000 = 2 5 =25000 GOOD"),
             (b"$j=x2", "$ J = X2000000 GOOD"),
         ]:
             said.clear()
