@@ -9,7 +9,7 @@ from .contract import Bits, Case, Component, Contract
 __all__ = ["GCODE_SETTINGS"]
 
 WHOLE = (1, 2, 3, 4, 5, 6, 10, 13, 20, 21, 22, 23, 26, 32, 200, 201, 202, 210, 211, 223)
-DECIMAL = (11, 12, 24, 25, 27, 30, 31, *(group + axis for group in (100, 110, 120, 130, 220)
+DECIMAL = (0, 11, 12, 24, 25, 27, 30, 31, *(group + axis for group in (100, 110, 120, 130, 220)
                                      for axis in range(3)))
 NUMBERS = sorted(WHOLE + DECIMAL)
 """Numbers of settings, in whole numbers and with decimals; their order is that of addresses."""

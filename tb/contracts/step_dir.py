@@ -31,7 +31,15 @@ def watch_driver(c: Contract, dut: StepDirDriver, *, path: str = "") -> None:
     still = Mux(changed, 0, before)  # clocks before this for which DIR and ENABLE are as now
     c.m.d.sync += before.eq(Mux(still < dut.setup, still + 1, still))
 
-    pulses(c, dut, since, low, still, alone)
+    width: Bits | int = dut.width  # of the pulse that has begun last
+    if dut.adjustable:
+        width = c.keep(range(dut.width + 1), init=dut.width, name="width_of_it")
+        c.assume((dut.width_now >= 1) & (dut.width_now <= dut.width))
+        with c.m.If(dut.moved):
+            c.m.d.sync += width.eq(dut.width_now)
+        c.invariant("width", "A pulse has a time that was wanted.",
+                    (width >= 1) & (width <= dut.width), cover=width != dut.width, lemma=True)
+    pulses(c, dut, width, since, low, still, alone)
     c.implication("hold", "DIR and ENABLE change only while STEP is low, `hold` clocks after it "
                   "fell.", when=changed,
                   then=~c.past(dut.step_pin) & ~dut.step_pin & (c.past(low) >= dut.hold - 1))
@@ -44,15 +52,16 @@ def watch_driver(c: Contract, dut: StepDirDriver, *, path: str = "") -> None:
     c.invariant("starts-off", "All pins are low at power-up.",
                 c.past(1) | ~(dut.step_pin | dut.direction_pin | dut.enable_pin), cover=~c.past(1))
     timer = c.signal(f"{path}wait")
-    waiting(c, dut, since, low, still, Mux(timer[-1], timer, 0))
+    waiting(c, dut, width, since, low, still, Mux(timer[-1], timer, 0))
 
 
-def pulses(c: Contract, dut: StepDirDriver, since: Bits, low: Bits, still: Bits, alone: bool
-           ) -> None:
+def pulses(c: Contract, dut: StepDirDriver, width: Bits | int, since: Bits, low: Bits,
+           still: Bits, alone: bool) -> None:
     """State the timing of STEP, and of DIR and ENABLE before it."""
-    c.invariant("pulse", "STEP is high for `width` clocks after each step that is made, whatever "
-                "is requested meanwhile, and at no other time.",
-                dut.step_pin == (since < dut.width),
+    c.invariant("pulse", "STEP is high for `width` clocks, or as many as `width_now` was in its "
+                "clock, after each step that is made, whatever is requested meanwhile, and at no "
+                "other time.",
+                dut.step_pin == (since < width),
                 cover=dut.step_pin)
     if alone:  # a rate that is slower sees to it by itself
         c.implication("low", "STEP was low for `low` clocks before it rises, also after power-up.",
@@ -70,8 +79,8 @@ def pulses(c: Contract, dut: StepDirDriver, since: Bits, low: Bits, still: Bits,
                   when=dut.ready & dut.step, then=dut.moved)
 
 
-def waiting(c: Contract, dut: StepDirDriver, since: Bits, low: Bits, still: Bits, wait: Bits
-            ) -> None:
+def waiting(c: Contract, dut: StepDirDriver, width: Bits | int, since: Bits, low: Bits,
+            still: Bits, wait: Bits) -> None:
     """How long anything has to wait, and what the timer has to do with it."""
     high = dut.step_pin
     pause = max(dut.low, dut.hold)
@@ -80,7 +89,7 @@ def waiting(c: Contract, dut: StepDirDriver, since: Bits, low: Bits, still: Bits
     c.invariant("timer-is-time-left", "The timer waits for the time that is left, no more and no "
                 "less.",
                 (wait <= 0) & (-wait < max(dut.width, pause, dut.setup)) & Mux(
-                    high, (since < dut.width) & (wait == since - (dut.width - 1)),
+                    high, (since < width) & (wait == since - (width - 1)),
                     (low - wait >= pause - 1) & (still - wait >= dut.setup - 1)), cover=wait == 0)
     wanted = (dut.enable != dut.enable_pin) & (dut.enable == c.past(dut.enable))
     differs = _count(c, wanted, whole, "wanted_for")
@@ -110,6 +119,9 @@ def _times(width: int, low: int, setup: int, hold: int) -> dict[str, object]:
 
 STEP_DIR = Component(
     make=StepDirDriver, describe=describe, depth=16,
-    cases=(*(Case(_times(*times)) for times in [(2, 4, 2, 3), (2, 1, 2, 3), (1, 1, 4, 1),
+    cases=(Case({**_times(3, 4, 2, 3), "adjustable": True}),
+           Case({**_times(2, 1, 1, 1), "adjustable": True}),
+           Case({**_times(12_750, 50, 10, 10), "adjustable": True}, real=True),
+           *(Case(_times(*times)) for times in [(2, 4, 2, 3), (2, 1, 2, 3), (1, 1, 4, 1),
                                                 (1, 1, 1, 1)]),
            *(Case(_times(*times), real=True) for times in [(95, 95, 33, 33), (25, 25, 33, 33)])))

@@ -29,14 +29,18 @@ class PhaseModel:
 
 
 class StepDirModel:
-    """Three pins, and when each may change: after a change of one, all wait."""
+    """Three pins, and when each may change: after a change of one, all wait.
+
+    With `width_now` a pulse lasts so long.
+    """
 
     def __init__(self, *, width: int, low: int, setup: int, hold: int) -> None:
         self.width, self.pause, self.setup = width, max(low, hold), setup
         self.pulse = self.sense = self.power = 0
         self.now, self.free = 0, max(width, low, setup, hold) - 1  # clock; that of the next change
 
-    def clock(self, *, step: int, direction: int, enable: int, rst: int = 0) -> dict[str, int]:
+    def clock(self, *, step: int, direction: int, enable: int, rst: int = 0,
+              width_now: int | None = None) -> dict[str, int]:
         """Advance one clock."""
         free = self.now >= self.free
         right = self.sense == direction and self.power == enable
@@ -46,7 +50,7 @@ class StepDirModel:
         if free and self.pulse:
             self.pulse, self.free = 0, self.now + self.pause
         elif seen["moved"]:
-            self.pulse, self.free = 1, self.now + self.width
+            self.pulse, self.free = 1, self.now + (width_now or self.width)
         elif free and (self.power != enable or step and not right):
             self.sense = direction if step else self.sense
             self.power, self.free = enable, self.now + self.setup

@@ -1,7 +1,5 @@
 """Formulas of a G-code machine beside those of paths: its settings, homing, and its travel."""
 
-from fractions import Fraction
-
 from .arc import TABLES as ARC_TABLES
 from .arc import arc_registers, by_plane, chosen, signed_by, squares
 from .formulas import Formulas, FormulaTable, Registers
@@ -13,9 +11,8 @@ __all__ = ["gcode_formulas"]
 def _registers() -> Registers:
     """Return the registers of paths, with those of the machine."""
     registers = arc_registers()
-    registers.pair("most_rate")
     registers.word(*(f"travel_{axis}" for axis in AXES), "distance", "back", "home_at", "from_home",
-                   "beyond", "filter")
+                   "beyond", "filter", "pulse", "between", "motors")
     for name, value in {"512": 512, "256000": 256_000, "256e6": 256 * 10**6,
                         "below_256e6": 256 * 10**6 - 1, "half_1e6": 10**6 // 2}.items():
         registers.word(name, init=value)
@@ -37,17 +34,43 @@ def _speed(name: str) -> Rows:
     yield "DIVIDE", "product", "60", name
 
 
+def _pulse() -> Rows:
+    """Take ns as clocks, rounded up, and let ``part`` be the most that pulses of them can make.
+
+    That is 10**9 clocks / interval, rounded down, in 10**-9 steps/s: the quotient of the clock,
+    which is a word, and of what remains.
+    """
+    yield "MULTIPLY", "pulse", "clock", "product"  # the register has 256 times the clock
+    yield "SUBTRACT", "product.low", "1", "product.low"
+    yield "SUBTRACT_BORROW", "product", "zero", "product"
+    yield "DIVIDE", "product", "256e6", "pulse"
+    yield "MULTIPLY", "pulse", "1", "product"
+    yield "DIVIDE", "product", "1e3", "pulse"
+    yield "ADD", "pulse", "1", "pulse"
+    yield "ADD", "pulse", "between", "b"
+    yield from _scaled("b", "motors")
+    yield "MULTIPLY", "clock", "1", "part"
+    yield "DIVIDE", "part", "b", "a"
+    yield "REMAINDER", "part", "b", "flag"
+    yield "MULTIPLY", "flag", "1e9", "product"
+    yield "DIVIDE", "product", "b", "flag"
+    yield "MULTIPLY", "a", "1e9", "part"
+    yield "ADD", "part.low", "flag", "part.low"
+    yield "ADD_CARRY", "part", "zero", "part"
+
+
 def _configure() -> Rows:
     """Take the settings as the formulas of paths want them, and refuse what pulses cannot make.
 
     At first the registers have the settings in thousandths.
     """
     yield "ADD", "zero", "zero", "verdict"
+    yield from _pulse()
     for axis in AXES:
         yield from _speed(f"max_speed_{axis}")
         yield "MULTIPLY", f"max_speed_{axis}", f"steps_{axis}", "product"
-        yield "SUBTRACT", "most_rate.low", "product.low", "flag"
-        yield "SUBTRACT_BORROW", "most_rate", "product", "flag"
+        yield "SUBTRACT", "part.low", "product.low", "flag"
+        yield "SUBTRACT_BORROW", "part", "product", "flag"
         yield "SELECT", "1", "verdict", "verdict"
         yield from _scaled(f"max_acceleration_{axis}", "1e3")
         yield from _scaled(f"steps_{axis}", "512")
@@ -152,8 +175,9 @@ TABLES = ARC_TABLES + tuple(
 """Tables of formulas: those of lines and arcs, and
 
 - ``configure``: settings from thousandths, as the registers have them at first, to what all other
-  tables want; ``verdict`` is 1 if ``most_rate``, in 10**-9 steps/s, is less than an axis would
-  make at its highest speed; ``filter`` from us to clocks, rounded up;
+  tables want; ``verdict`` is 1 if pulses, ``between`` clocks from one to the next, cannot make the
+  highest speed of an axis, or of as many axes as ``motors`` says; ``pulse`` from ns and ``filter``
+  from us to clocks, rounded up;
 - ``in_steps``: ``a`` from um to steps, of ``b`` per metre, rounded to nearest;
 - ``offset``: ``distance`` in um x ``a`` is ``distance`` in 10**-3 um, or in nm if ``a`` is in
   thousandths; below 0 if ``back`` is not 0; ``feed`` from um/min is in nm/s;
@@ -167,9 +191,7 @@ TABLES = ARC_TABLES + tuple(
 """
 
 
-def gcode_formulas(line: Line | None = None, *, most_rate: Fraction = Fraction(10**6)
-                   ) -> Formulas:
-    """Return the formulas of a G-code machine, with settings and the highest rate in steps/s."""
-    high, low = divmod(int(most_rate * 10**9), 1 << WIDTH)
-    values = {**(line or Line()).values(), "most_rate": high, "most_rate.low": low}
+def gcode_formulas(line: Line | None = None, *, gap: int = 1, motors: int = 1) -> Formulas:
+    """Return the formulas of a G-code machine, with settings, and what pulses have to keep."""
+    values = {**(line or Line()).values(), "between": gap, "motors": motors << 8}
     return Formulas(tables=TABLES, init=REGISTERS.image(values), width=WIDTH)

@@ -33,13 +33,15 @@ class StepDirDriver(wiring.Component):
     Parameters
     ----------
     width : int
-        Clocks of a pulse.
+        Clocks of a pulse, or of the longest one.
     low : int
         Least number of clocks from pulse to pulse.
     setup : int
         Least number of clocks that DIR and ENABLE are stable before a pulse.
     hold : int
         Least number of clocks that they are stable after a pulse.
+    adjustable : bool
+        The time of a pulse is an input.
 
     Members
     -------
@@ -49,6 +51,8 @@ class StepDirDriver(wiring.Component):
         What DIR shall be for it.
     enable : In(1)
         Give the motor power.
+    width_now : In(range(width + 1))
+        Clocks of a pulse that begins, from 1: sampled with its step. Only if `adjustable`.
     ready : Out(1)
         A step requested in this clock is made: DIR and ENABLE are set, and all times have passed.
     moved : Out(1)
@@ -62,21 +66,17 @@ class StepDirDriver(wiring.Component):
         If a time is not from 1 to ``MAX_PULSE``.
     """
 
-    step: In(1)
-    direction: In(1)
-    enable: In(1)
-    ready: Out(1)
-    moved: Out(1)
-    step_pin: Out(1)
-    direction_pin: Out(1)
-    enable_pin: Out(1)
-
-    def __init__(self, *, width: int, low: int, setup: int, hold: int) -> None:
+    def __init__(self, *, width: int, low: int, setup: int, hold: int,
+                 adjustable: bool = False) -> None:
         self.width = in_range("width", width, 1, MAX_PULSE)
         self.low = in_range("low", low, 1, MAX_PULSE)
         self.setup = in_range("setup", setup, 1, MAX_PULSE)
         self.hold = in_range("hold", hold, 1, MAX_PULSE)
-        super().__init__()
+        self.adjustable = adjustable
+        super().__init__({
+            "step": In(1), "direction": In(1), "enable": In(1), "ready": Out(1), "moved": Out(1),
+            "step_pin": Out(1), "direction_pin": Out(1), "enable_pin": Out(1),
+            **({"width_now": In(range(width + 1))} if adjustable else {})})
 
     def elaborate(self, platform) -> Module:
         m = Module()
@@ -110,12 +110,15 @@ class StepDirDriver(wiring.Component):
             turns.eq(~high & ((power != self.enable) | (self.step & differs))),
         ]
         # A time of one clock is over with the change.
+        width, lasts = 1 - self.width, self.moved
+        if self.adjustable:
+            width, lasts = 1 - self.width_now, self.moved & (self.width_now != 1)
         starts = [change for change, time in [
-            (high, pause), (self.moved, self.width), (turns, self.setup)] if time > 1]
+            (high, pause), (lasts, self.width), (turns, self.setup)] if time > 1]
         with m.If(over):
             m.d.sync += [
                 high.eq(self.moved),
-                wait.eq(Cat(Mux(high, 1 - pause, Mux(differs, 1 - self.setup, 1 - self.width))
+                wait.eq(Cat(Mux(high, 1 - pause, Mux(differs, 1 - self.setup, width))
                             .as_unsigned()[:len(wait) - 1], Cat(starts).any())),
             ]
         with m.Else():

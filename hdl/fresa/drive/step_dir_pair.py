@@ -25,11 +25,15 @@ class StepDirPair(wiring.Component):
     ----------
     width, low, setup, hold : int
         Times in clocks, see :class:`StepDirDriver`.
+    adjustable : bool
+        The time of a pulse is an input.
 
     Members
     -------
     step, direction, enable : In(1)
         As of :class:`StepDirDriver`, for both motors.
+    width_now : In(range(width + 1))
+        As of :class:`StepDirDriver`, for both motors. Only if `adjustable`.
     halt : In(2)
         Motors that make no steps. A pulse that has begun ends.
     moved : Out(1)
@@ -46,26 +50,23 @@ class StepDirPair(wiring.Component):
         If a time is out of range.
     """
 
-    step: In(1)
-    direction: In(1)
-    enable: In(1)
-    halt: In(2)
-    moved: Out(1)
-    step_pin: Out(1)
-    direction_pin: Out(1)
-    enable_pin: Out(1)
-    second_step_pin: Out(1)
-    second_direction_pin: Out(1)
-
-    def __init__(self, *, width: int, low: int, setup: int, hold: int) -> None:
+    def __init__(self, *, width: int, low: int, setup: int, hold: int,
+                 adjustable: bool = False) -> None:
         times = {"width": width, "low": low, "setup": setup, "hold": hold}
         self._times = {name: in_range(name, time, 1, MAX_PULSE) for name, time in times.items()}
-        super().__init__()
+        self.adjustable = adjustable
+        super().__init__({
+            "step": In(1), "direction": In(1), "enable": In(1), "halt": In(2), "moved": Out(1),
+            "step_pin": Out(1), "direction_pin": Out(1), "enable_pin": Out(1),
+            "second_step_pin": Out(1), "second_direction_pin": Out(1),
+            **({"width_now": In(range(width + 1))} if adjustable else {})})
 
     def elaborate(self, platform) -> Module:
         m = Module()
-        m.submodules.first = first = StepDirDriver(**self._times)
-        m.submodules.second = second = StepDirDriver(**self._times)
+        m.submodules.first = first = StepDirDriver(
+            **self._times, adjustable=self.adjustable)
+        m.submodules.second = second = StepDirDriver(
+            **self._times, adjustable=self.adjustable)
         drivers = tuple(zip((first, second), self.halt, strict=True))
         all_ready = Cat(driver.ready | halt for driver, halt in drivers).all()
         for driver, halt in drivers:
@@ -73,6 +74,8 @@ class StepDirPair(wiring.Component):
                 driver.step.eq(self.step & ~halt & (all_ready | ~driver.ready)),
                 driver.direction.eq(self.direction), driver.enable.eq(self.enable),
             ]
+            if self.adjustable:
+                m.d.comb += driver.width_now.eq(self.width_now)
         m.d.comb += [
             self.moved.eq(self.step & all_ready & ~self.halt.all() & ~ResetSignal()),
             self.step_pin.eq(first.step_pin), self.direction_pin.eq(first.direction_pin),

@@ -42,6 +42,7 @@ from ..motion import (
 from ..panel import ContactFilter
 from ..protocol import (
     MAX_SILENCE,
+    MAX_WIDTH,
     NEVER_IDLE,
     SETTINGS,
     STARTUP_LINES,
@@ -127,7 +128,8 @@ class GCodeSettings:
     deviation : Fraction
         Junction deviation in mm: $11.
     width_ns, low_ns, setup_ns, hold_ns : int
-        Times of the driver modules, see :class:`StepDirDriver`; by default those of an A4988.
+        Times of the driver modules, see :class:`StepDirDriver`; by default those of an A4988. The
+        first is $0, in us.
     others : sequence of tuple
         Further settings: the number that GRBL gives it, and a value, see `SETTINGS`.
     depth : int
@@ -306,13 +308,22 @@ class GCodeSettings:
         return times["width"] + max(times["low"], times["hold"])
 
     @property
+    def gap(self) -> int:
+        """Least clocks from the end of a pulse to the next, and by how many that may be early."""
+        return self.interval - self.driver["width"] + TICK
+
+    @property
+    def motors(self) -> int:
+        """Axes that may ask one motor for steps."""
+        return 2 if self.kinematics == "corexy" else 1
+
+    @property
     def most_rate(self) -> Fraction:
         """Steps/s that an axis can make; a tick lies up to 4 clocks from where its step should be.
 
         A motor that two axes move makes the steps of both.
         """
-        return Fraction(self.clock, self.interval + TICK) / (
-            2 if self.kinematics == "corexy" else 1)
+        return Fraction(self.clock, (self.driver["width"] + self.gap) * self.motors)
 
     @property
     def filter(self) -> int:
@@ -323,7 +334,7 @@ class GCodeSettings:
     @property
     def store(self) -> dict[int, int]:
         """Settings by their numbers, as the store has them."""
-        values: dict[int, Fraction] = {11: self.deviation}
+        values: dict[int, Fraction] = {0: Fraction(self.width_ns, 1000), 11: self.deviation}
         for first, of_axes in ((100, self.steps_per_mm), (110, self.max_rate),
                                (120, self.acceleration)):
             values |= {first + axis: value for axis, value in enumerate(of_axes)}
@@ -460,7 +471,8 @@ class GCode(MachineComponent):
         reader = GCodeReader()
         gate, lister = GCodeGate(stores=settings.stores), GCodeLister()
         interpreter = GCodeInterpreter(probing=settings.probes)
-        planner = GCodePlanner(line=Line(clock=settings.clock), most_rate=settings.most_rate)
+        planner = GCodePlanner(line=Line(clock=settings.clock), gap=settings.gap,
+                               motors=settings.motors)
         homing = GCodeHoming(simple=thesis, squared_axis=settings.second_axis)
         for name, part in (("buffer", buffer), ("reader", reader), ("gate", gate),
                            ("interpreter", interpreter), ("lister", lister),
@@ -872,6 +884,11 @@ class GCode(MachineComponent):
                  restarts: Signal) -> list[Signal]:
         """Make the steps at the pins, and count them there; return the counts."""
         times, flags = self.settings.driver, store.flags
+        width = Signal.like(planner.pulse, init=times["width"], reset_less=True,
+                            name="pulse_width")
+        with m.If(planner.configured):
+            m.d.sync += width.eq(planner.pulse)
+        times["width"] = -(-MAX_WIDTH * self.settings.clock // 10**9)
         made, powers = [], []
         # Where each axis was; in a homing cycle 0 but of the one that homes, so that the others
         # need no choice.
@@ -898,13 +915,15 @@ class GCode(MachineComponent):
         for axis, name in enumerate("xyz"):
             pending = PendingSteps()
             if axis == self.settings.second_axis:
-                driver, halted, dropped = StepDirPair(**times), Signal(), Signal()
+                driver = StepDirPair(**times, adjustable=True)
+                halted, dropped = Signal(), Signal()
                 m.d.comb += [halted.eq(stopped | homing.halt.all()),
                              dropped.eq(drops | homing.halt.all()),
                              homing.travel.eq(planner.lengths[axis])]
                 self._second_motor(m, driver, homing, store, axis)
             else:
-                driver, halted, dropped = StepDirDriver(**times), stopped, drops
+                driver = StepDirDriver(**times, adjustable=True)
+                halted, dropped = stopped, drops
             m.submodules[f"pending_{name}"] = ResetInserter(halted | renewed)(pending)
             m.submodules[f"driver_{name}"] = driver
             position = Signal(signed(36), name=f"position_{name}")
@@ -924,6 +943,7 @@ class GCode(MachineComponent):
                 pending.moved.eq(driver.moved),
                 driver.step.eq(pending.driver_step & ~halted),
                 driver.direction.eq(pending.driver_direction), driver.enable.eq(enabled),
+                driver.width_now.eq(width),
                 self.step[axis].eq(driver.step_pin ^ store.drive.step_inverted[axis]),
                 self.direction[axis].eq(driver.direction_pin ^ flags.inverted[axis]),
                 planner.steps[axis].eq(

@@ -1,7 +1,6 @@
 """Actions of a G-code program to blocks: copies between registers, and tables of formulas."""
 
 from collections.abc import Iterable
-from fractions import Fraction
 from itertools import accumulate
 from typing import NamedTuple
 
@@ -51,6 +50,12 @@ LENGTH_BITS = 31
 
 FILTER_BITS = 20
 """Bits of the time of a filter in clocks: `MAX_FILTER` us at any clock."""
+
+PULSE_BITS = 16
+"""Bits of the time of a pulse in clocks: `MAX_WIDTH` ns at any clock."""
+
+MAX_GAP = (1 << PULSE_BITS) + 4
+"""Most clocks from a pulse to the next."""
 
 HIGHEST = (1 << WIDTH) - 1
 """Highest number in a word."""
@@ -143,6 +148,7 @@ class _Kept(enum.Enum, shape=unsigned(6)):
     CHANNELS = 31
     SHIFT = 32
     SWITCH = 33
+    PULSE = 34
 
 
 class _Row(NamedTuple):
@@ -316,7 +322,7 @@ def _configure() -> Iterable[_Row]:
                                 (130, "travel")):
             yield _Row(_Do.SETTING, setting_index(first + axis), _register(f"{register}_{name}"))
         yield _Row(_Do.KEEP, _register(f"steps_{name}"), _Kept.STEPS_X.value + axis)
-    for number, register in (11, "deviation"), (201, "filter"):
+    for number, register in (0, "pulse"), (11, "deviation"), (201, "filter"):
         yield _Row(_Do.SETTING, setting_index(number), _register(register))
     yield _Row(_Do.RUN, _TABLE["configure"])
     for first, kept in (130, _Kept.LENGTH_X), (220, _Kept.BACKLASH_X):
@@ -325,7 +331,8 @@ def _configure() -> Iterable[_Row]:
                 yield _Row(_Do.SETTING, setting_index(number + axis), _register(register))
             yield _Row(_Do.RUN, _TABLE["in_steps"])
             yield _Row(_Do.KEEP, _register("a"), kept.value + axis)
-    for register, kept in ("verdict", _Kept.VERDICT), ("filter", _Kept.FILTER):
+    for register, kept in (("verdict", _Kept.VERDICT), ("filter", _Kept.FILTER),
+                           ("pulse", _Kept.PULSE)):
         yield _Row(_Do.KEEP, _register(register), kept.value)
 
 
@@ -488,8 +495,11 @@ class GCodePlanner(wiring.Component):
     ----------
     line : Line
         Settings of the machine.
-    most_rate : Fraction
-        Steps/s that the drivers can make.
+    gap : int
+        Least number of clocks from the end of a STEP pulse to the next, and those by which that may
+        be early.
+    motors : int
+        Axes that may ask one motor for steps.
     width : int
         Bits of an operand.
 
@@ -512,8 +522,8 @@ class GCodePlanner(wiring.Component):
         As the settings have them.
     lengths, backlash : Out(31) x 3, Out(21) x 3
         Travel and backlash of each axis in steps.
-    filter : Out(20)
-        Clocks of $201.
+    filter, pulse : Out(20), Out(16)
+        Clocks of $201, and of $0.
     homing, homed : In(HOMING), Out(1)
         Serve a homing cycle, until ``homed``, which is one clock: the block of a line is
         committed, or ``switch`` is the place.
@@ -555,10 +565,11 @@ class GCodePlanner(wiring.Component):
         If a parameter is out of range.
     """
 
-    def __init__(self, *, line: Line | None = None, most_rate: Fraction = Fraction(10**6),
+    def __init__(self, *, line: Line | None = None, gap: int = 1, motors: int = 1,
                  width: int = 44) -> None:
         self.line = line or Line()
-        self.most_rate = most_rate
+        self.gap = in_range("gap", gap, 1, MAX_GAP)
+        self.motors = in_range("motors", motors, 1, 2)
         self.width = in_range("width", width, WIDTH, 64)
         super().__init__({
             "actions": In(stream.Signature(GCodeAction)),
@@ -566,7 +577,8 @@ class GCodePlanner(wiring.Component):
             "configure": In(1), "configured": Out(1),
             "setting_address": Out(range(len(SETTINGS))), "setting": In(SETTING_BITS),
             "steps_per_metre": Out(SETTING_BITS).array(3),
-            "filter": Out(FILTER_BITS), "lengths": Out(LENGTH_BITS).array(3),
+            "filter": Out(FILTER_BITS), "pulse": Out(PULSE_BITS),
+            "lengths": Out(LENGTH_BITS).array(3),
             "backlash": Out(range(MAX_BACKLASH + 1)).array(3),
             "homing": In(HOMING), "homed": Out(1), "switch": Out(signed(WIDTH)),
             "soft": In(1), "beyond": Out(1),
@@ -587,7 +599,7 @@ class GCodePlanner(wiring.Component):
     def elaborate(self, platform) -> Module:
         m = Module()
         m.submodules.formulas = formulas = gcode_formulas(
-            self.line, most_rate=self.most_rate)
+            self.line, gap=self.gap, motors=self.motors)
         rows = _rows()
         m.submodules.rows = rom = memory.Memory(shape=ROW, depth=len(rows), init=rows)
         following = rom.read_port()
@@ -616,7 +628,7 @@ class GCodePlanner(wiring.Component):
                 _Kept.VERDICT: self.verdict, _Kept.ARC: header.arc,
                 _Kept.CLOCKWISE: header.clockwise, _Kept.CHANNELS: header.channel,
                 _Kept.SHIFT: header.shift, _Kept.SWITCH: self.switch,
-                _Kept.FILTER: self.filter, _Kept.PROGRAMMED: programmed,
+                _Kept.FILTER: self.filter, _Kept.PULSE: self.pulse, _Kept.PROGRAMMED: programmed,
                 **{_Kept(first.value + axis): registers[axis] for first, registers in (
                     (_Kept.STEPS_X, self.steps_per_metre), (_Kept.LENGTH_X, self.lengths),
                     (_Kept.BACKLASH_X, self.backlash)) for axis in range(3)}}

@@ -14,6 +14,7 @@ from .gcode_modes import GCodeLineState, GCodeModes, GCodeMotion
 from .gcode_reader import GCodeKind, GCodeReader, GCodeStatus, gcode_layout
 from .gcode_reporter import GCodeMessage, GCodeReporter, GCodeState, ReportNumber
 from .gcode_settings import (
+    MAX_WIDTH,
     NEVER_IDLE,
     SETTING_BITS,
     SETTINGS,
@@ -38,15 +39,15 @@ from .unit_converter import UnitConverter
 from .words import WordReader
 
 __all__ = [
-    "BAUD", "CHECK_DIGITS", "LISTED", "MAX_SILENCE", "NEVER_IDLE", "SETTINGS", "SETTING_BITS",
-    "STARTUP_LINES", "STORED_LENGTH", "CoordinateSum", "DecimalReader", "DecimalWriter",
-    "FixedPoint", "FrameInterpreter", "GCodeAction", "GCodeActionKind", "GCodeCoordinates",
-    "GCodeFlags", "GCodeGate", "GCodeInterpreter", "GCodeKind", "GCodeLine", "GCodeLineState",
-    "GCodeList", "GCodeLister", "GCodeMessage", "GCodeModes", "GCodeMotion", "GCodeReader",
-    "GCodeReporter", "GCodeSettingStore", "GCodeState", "GCodeStatus", "GCodeText", "HexReader",
-    "HexWriter", "LineBuffer", "LineEnd", "LineItem", "LineReader", "NumberError", "Operand",
-    "RealtimeCode", "RealtimeFilter", "Received", "ReportNumber", "Reporter", "StoredLines",
-    "StoredProgram", "TextSource", "ThesisDialect", "UARTReceiver", "UARTTransmitter",
-    "UnitConverter", "WordReader", "bit_period", "fixed_point_layout", "gcode_layout",
-    "setting_index", "setting_values",
+    "BAUD", "CHECK_DIGITS", "LISTED", "MAX_SILENCE", "MAX_WIDTH", "NEVER_IDLE", "SETTINGS",
+    "SETTING_BITS", "STARTUP_LINES", "STORED_LENGTH", "CoordinateSum", "DecimalReader",
+    "DecimalWriter", "FixedPoint", "FrameInterpreter", "GCodeAction", "GCodeActionKind",
+    "GCodeCoordinates", "GCodeFlags", "GCodeGate", "GCodeInterpreter", "GCodeKind", "GCodeLine",
+    "GCodeLineState", "GCodeList", "GCodeLister", "GCodeMessage", "GCodeModes", "GCodeMotion",
+    "GCodeReader", "GCodeReporter", "GCodeSettingStore", "GCodeState", "GCodeStatus", "GCodeText",
+    "HexReader", "HexWriter", "LineBuffer", "LineEnd", "LineItem", "LineReader", "NumberError",
+    "Operand", "RealtimeCode", "RealtimeFilter", "Received", "ReportNumber", "Reporter",
+    "StoredLines", "StoredProgram", "TextSource", "ThesisDialect", "UARTReceiver",
+    "UARTTransmitter", "UnitConverter", "WordReader", "bit_period", "fixed_point_layout",
+    "gcode_layout", "setting_index", "setting_values",
 ]

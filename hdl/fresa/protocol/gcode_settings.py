@@ -10,9 +10,9 @@ from amaranth.lib.wiring import In, Out
 
 from ..checks import in_range
 
-__all__ = ["MAX_FILTER", "NEVER_IDLE", "SETTINGS", "SETTING_BITS", "DriveSettings",
-           "GCodeFlags", "GCodeSetting", "GCodeSettingStore", "SpindleRange", "setting_index",
-           "setting_values"]
+__all__ = ["MAX_FILTER", "MAX_WIDTH", "NEVER_IDLE", "SETTINGS", "SETTING_BITS",
+           "DriveSettings", "GCodeFlags", "GCodeSetting", "GCodeSettingStore", "SpindleRange",
+           "setting_index", "setting_values"]
 
 SETTING_BITS = 27
 """Bits of a setting: a whole number, or a length or rate in thousandths."""
@@ -59,10 +59,14 @@ def _axes(first: int, about: str, most: int, default: int, least: int = 1) -> li
 NEVER_IDLE = 255
 """The value of $1 with which motors stay on."""
 
+MAX_WIDTH = 255_000
+"""Longest STEP pulse, in ns."""
+
 INVERTED = 3
 """Number of the setting of inverted directions."""
 
 SETTINGS = (
+    GCodeSetting(0, "time of a STEP pulse, us, rounded up to clocks", 1, MAX_WIDTH, True, 1_000),
     GCodeSetting(1, "time after a motion until the motors are off, ms; 255 is never", 0, NEVER_IDLE,
                  False, NEVER_IDLE),
     GCodeSetting(2, "STEP pins that are low for a step, a bit for each axis", 0, 7, False, 0),

@@ -68,7 +68,8 @@ def target() -> FaultTarget:
         kept=(*(f"driver_{axis}.{name}" for axis in AXES.lower() for name in OF_DRIVERS),
               *(f"contact_{number}.{name}" for number in range(7)
                 for name in ("count", "enough", "o")),
-              *(f"setting_{each.number}" for each in SETTINGS), "period", "interpreter.line.word",
+              *(f"setting_{each.number}" for each in SETTINGS), "period", "pulse_width",
+              "interpreter.line.word",
               *(f"motion.walk.{name}" for name in OF_WALK), *OF_MEMORIES),
         work=lambda seed: _work(seed, DEEDS),
         work_to_reset=sessions_and_fuzz(list(design.inputs), FUZZ, sessions),

@@ -46,6 +46,16 @@ def measure(seen, *, width: int, low: int, setup: int, hold: int) -> int:
 
 
 class TestStepDirDriver:
+    @pytest.mark.parametrize("given", [(1, 1, 1, 1), (3, 2, 1, 4), (10, 10, 4, 4)])
+    def test_each_pulse_lasts_as_long_as_was_wanted_with_its_step(self, given):
+        stimulus = bursts(INPUTS, 5, sum(given), 3000)
+        rng = np.random.default_rng(5)
+        stimulus["width_now"] = rng.integers(1, given[0] + 1, 3000).tolist()
+        with driver(**times(*given), adjustable=True) as engine:
+            seen = engine.apply(stimulus, OUTPUTS)
+        expected = played(StepDirModel(**times(*given)).clock, stimulus)
+        assert {name: values.tolist() for name, values in seen.items()} == expected
+
     @pytest.mark.parametrize("given", TIMES)
     @pytest.mark.parametrize("seed", range(2))
     def test_is_its_model_in_every_clock(self, given, seed):

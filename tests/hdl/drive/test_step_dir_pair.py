@@ -45,6 +45,16 @@ def test_while_no_motor_is_halted_both_are_as_a_driver_in_every_clock(given):
     assert rises(seen["step_pin"]).sum() > 20
 
 
+def test_pulses_of_both_last_as_long_as_is_wanted():
+    stimulus = {**bursts(INPUTS, 1, 12, 3000), "width_now": [1 + n // 200 % 4 for n in range(3000)]}
+    dut = StepDirPair(**times(4, 3, 2, 2), adjustable=True)
+    with AmaranthEngine(component("step_dir_pair", dut)) as engine:
+        seen = engine.apply(stimulus, OUTPUTS)
+    expected = played(StepDirModel(**times(4, 3, 2, 2)).clock, stimulus)
+    assert seen["step_pin"].tolist() == expected["step_pin"]
+    assert (seen["second_step_pin"] == seen["step_pin"]).all()
+
+
 @pytest.mark.parametrize("given", TIMES)
 def test_each_step_is_made_by_the_motors_that_are_not_halted(given):
     stimulus = bursts({**INPUTS, "halt": [1, 1]}, 2, sum(given), 6000)

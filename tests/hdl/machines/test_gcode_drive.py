@@ -68,6 +68,21 @@ def pins(session) -> Pins:
     return session.engine
 
 
+def test_pulses_have_the_time_of_a_setting(session, pins):
+    for us, width in ((0.001, 1), (0.8, 2), (0.801, 3), (36, 90), (2.4, 6)):
+        assert session.send(f"$0={us}\nG91G0X0.1Y-0.1\n") == ["ok", "ok"]
+        assert pins.pulses() == [width] * 8
+    assert session.send("$0=255.001\n") == ["error:38"]
+    assert session.send("$112=1000\n") == ["ok"]
+    # 8000 steps/s of X are possible with 312 clocks from pulse to pulse, of which 7 are the gap.
+    assert session.send("$0=200\nG0X0.1\n") == ["error:12", "ok"]
+    assert pins.pulses() == [6] * 8
+    assert session.send("$0=122\n$110=6010\n$110=5000\n$0=140\n") == [
+        "ok", "error:12", "ok", "ok"]
+    assert session.send("G0X0.1\n") == ["ok"]
+    assert pins.pulses() == [350] * 8
+
+
 def test_step_pins_may_be_inverted(session, pins):
     assert session.send("G91G0X0.5Y0.5\n") == ["ok"]
     assert pins.pulses() == [WIDTH] * 40

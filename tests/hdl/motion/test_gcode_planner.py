@@ -29,7 +29,7 @@ WORD = 1 << 36
 LINE = Line(clock=2_000_000, speeds=(50_000_000, 40_000_000, 10_000_000),
             accelerations=(1_000_000_000, 800_000_000, 2_000_000_000),
             steps=(80_000, 40_000, 250_000), deviation=20_000)
-RATE = Fraction(10**8, 3)
+GAP = 6
 SETTINGS = PlanSettings(LINE.clock, LINE.speeds, LINE.accelerations, LINE.steps, LINE.deviation)
 
 OVERRIDES = {GCodeActionKind.LINE: OverrideKind.FEED, GCodeActionKind.RAPID: OverrideKind.RAPID,
@@ -204,7 +204,7 @@ def check(engine: Engine, seed: int, count: int) -> None:
 
 
 def planner():
-    return component("gcode_planner", GCodePlanner(line=LINE, most_rate=RATE))
+    return component("gcode_planner", GCodePlanner(line=LINE, gap=GAP, motors=2))
 
 
 @pytest.fixture(scope="module")
@@ -235,13 +235,17 @@ def test_settings_hold_from_the_next_line_on(design, seed):
             values = {number: rng.randint(1, most) for number, most in (
                 *((100 + axis, 2 * 10**6) for axis in range(3)),
                 *((110 + axis, 10**7) for axis in range(3)),
-                *((120 + axis, 17_179_869) for axis in range(3)), (11, 268_435))}
+                *((120 + axis, 17_179_869) for axis in range(3)), (11, 268_435),
+                (0, rng.choice([1, 500, 501, 5_000, 255_000])))}
             speeds, accelerations = (
                 [values[first + axis] * 1000 // divisor for axis in range(3)]
                 for first, divisor in ((110, 60), (120, 1)))
-            fast = any(speed * values[100 + axis] > int(RATE * 10**9)
+            width = -(-values[0] * LINE.clock // 10**9)
+            most = Fraction(LINE.clock, (width + GAP) * 2)
+            fast = any(Fraction(speed * values[100 + axis], 10**9) > most
                        for axis, speed in enumerate(speeds))
             assert machine.configure(values) == fast
+            assert engine.get("pulse") == width
             assert engine.get(*(f"steps_per_metre_{axis}" for axis in range(3))) == tuple(
                 values[100 + axis] for axis in range(3))
             settings = PlanSettings(LINE.clock, speeds, accelerations,
@@ -256,6 +260,30 @@ def test_settings_hold_from_the_next_line_on(design, seed):
                 assert words
                 assert motion(words) == model.line(target, 10**8)
         assert not engine.get("fault")
+
+
+@pytest.mark.compiler
+@pytest.mark.parametrize("clock", [2_000_000, 50_000_000, 99_999_989])
+def test_pulses_must_be_able_to_make_the_highest_speed(clock):
+    """It is refused where it is too high by the least that a setting can say, and not below."""
+    rng, gap = random.Random(clock), 37
+    made = component("gcode_planner", GCodePlanner(line=Line(clock=clock), gap=gap))
+    with CXXRTLEngine(made) as engine:
+        machine = Machine(engine)
+        for _ in range(5):
+            pulse = rng.choice([1, 1000, rng.randint(1, 255_000)])
+            width = -(-pulse * clock // 10**9)
+            steps, axis = rng.randint(1, 10**6), rng.randrange(3)
+            # um/min of which nm/s, rounded down, are no more than that
+            most = 10**9 * clock // (width + gap) // steps
+            highest = min(-(-(most + 1) * 60 // 1000) - 1, 128_849_018)
+            for rate in highest, highest + 1:
+                if 1 <= rate <= 128_849_018:
+                    fast = rate * 1000 // 60 * steps * (width + gap) > clock * 10**9
+                    assert machine.configure({0: pulse, 110 + axis: rate, 100 + axis: steps,
+                                              **{110 + each: 1 for each in range(3)
+                                                 if each != axis}}) == fast
+                    assert engine.get("pulse") == width
 
 
 @pytest.mark.compiler
