@@ -552,7 +552,7 @@ def g_code_gate(run: Run) -> str:
                 whole = values[place]
                 await put(ctx, dut.words, {
                     "kind": GCodeKind.WORD, "system": 1, "character": ord("$="[place > 4]),
-                    "number": {"value": whole * 10**6, "whole": whole, "integer": 1}})
+                    "number": {"value": whole * 1000, "whole": whole, "integer": 1}})
         await put(ctx, dut.words, {"kind": GCodeKind.END, "system": system})
 
     async def test(ctx):

@@ -30,7 +30,7 @@ def axis(driver: PhaseDriver | StepDirDriver) -> AmaranthEngine:
 
 
 def module() -> StepDirDriver:
-    return StepDirDriver(**TIMES)
+    return StepDirDriver(width=3, low=4, setup=2, hold=2)
 
 
 def stimulus(seed: int, clocks: int, backlash: int) -> dict[str, list[int]]:
