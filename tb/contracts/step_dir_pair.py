@@ -14,6 +14,8 @@ def describe(c: Contract, dut: StepDirPair) -> None:
     """Relate the two; the times at the pins are those of the contract of each driver."""
     known = c.past(1)
     moved = c.past(dut.moved)
+    if dut.adjustable:
+        c.assume((dut.width_now >= 1) & (dut.width_now <= dut.width))
     for name, step_pin, direction_pin, halt in (
             ("first", dut.step_pin, dut.direction_pin, dut.halt[0]),
             ("second", dut.second_step_pin, dut.second_direction_pin, dut.halt[1])):

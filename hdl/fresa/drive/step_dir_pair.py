@@ -54,7 +54,7 @@ class StepDirPair(wiring.Component):
                  adjustable: bool = False) -> None:
         times = {"width": width, "low": low, "setup": setup, "hold": hold}
         self._times = {name: in_range(name, time, 1, MAX_PULSE) for name, time in times.items()}
-        self.adjustable = adjustable
+        self.width, self.adjustable = width, adjustable
         super().__init__({
             "step": In(1), "direction": In(1), "enable": In(1), "halt": In(2), "moved": Out(1),
             "step_pin": Out(1), "direction_pin": Out(1), "enable_pin": Out(1),
