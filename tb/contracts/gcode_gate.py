@@ -189,8 +189,19 @@ def describe(c: Contract, dut: GCodeGate) -> None:
                       c.past(~dut.resting | (dut.locked & brings[:2].any())),
                       GCodeStatus.NOT_IDLE, Mux(c.past(dut.too_long),
                                                 GCodeStatus.TEXT_TOO_LONG, GCodeStatus.GOOD))))
-    c.invariant("restores-texts", "Only $RST=* lets them be those of power-up.",
-                dut.restoring_texts == (named("RST=*") & dut.restoring), cover=dut.restoring)
+    asks_texts = c.keep(1, name="asks_texts")
+    with c.m.If(dut.answered):
+        c.m.d.sync += asks_texts.eq(0)
+    with c.m.If(taken & named("RST=*")):
+        c.m.d.sync += asks_texts.eq(done)
+    with c.m.If(c.rst):
+        c.m.d.sync += asks_texts.eq(0)
+    texts = c.signal("restores_texts")
+    c.invariant("restores-texts", "Only $RST=* lets them be those of power-up, at its answer.",
+                ~dut.restoring_texts | (dut.answered & asks_texts), cover=answer_acts)
+    c.invariant("asks-texts", "What comes with that answer is asked for by its line.",
+                ~texts | asks_texts | (state("PASS") & done & named("RST=*")),
+                cover=state("RESTORED"), lemma=True)
     c.leaves_unused_codes("gate_state", fault=dut.fault, shows=~acts)
 
 

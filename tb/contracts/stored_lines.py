@@ -26,16 +26,21 @@ def describe(c: Contract, dut: StoredLines) -> None:
     # What comes is a stream, an answer follows a line, and the gate keeps to its protocol.
     c.assume(begins | ~c.past(lines.valid & ~lines.ready)
              | (lines.valid & (lines.payload.as_value() == c.past(lines.payload.as_value()))))
-    waits = c.keep(1, name="line_is_not_answered")
-    c.assume(~answers.valid | waits)
+    unanswered = c.keep(3, name="lines_without_answer")
+    c.assume(~answers.valid | (unanswered != 0))
     c.assume(begins | ~c.past(answers.valid & ~answers.ready)
              | (answers.valid & (answers.payload == c.past(answers.payload))))
-    with c.m.If(answered):
+    waits = c.keep(1, name="all_are_awaited")  # behind a line with a $
+    dollar = c.keep(1, name="has_dollar")
+    c.m.d.sync += unanswered.eq(unanswered + (given & items.p.end) - answered)
+    with c.m.If(unanswered == 0):
         c.m.d.sync += waits.eq(0)
-    with c.m.If(given & items.p.end):
-        c.m.d.sync += waits.eq(1)
+    with c.m.If(taken):
+        c.m.d.sync += dollar.eq(~items.p.end & (dollar | (items.p.byte == ord("$"))))
+        with c.m.If(items.p.end & dollar):
+            c.m.d.sync += waits.eq(1)
     with c.m.If(c.rst):
-        c.m.d.sync += waits.eq(0)
+        c.m.d.sync += [unanswered.eq(0), waits.eq(0), dollar.eq(0)]
     slot = c.keep(2, name="slot_before")
     c.m.d.sync += slot.eq(Mux(c.rst, 0, dut.slot))
     c.assume((slot == 0) | (dut.slot == 0) | (dut.slot == slot))
@@ -44,7 +49,6 @@ def describe(c: Contract, dut: StoredLines) -> None:
     c.assume(begins | ~c.past(dut.keep) | (dut.slot == 0))
     c.assume(~dut.restore | (dut.slot == 0))
     c.assume(~dut.seen | (dut.character != 0))
-    c.assume(~(c.rst & (dut.keep | dut.restore)))
 
     # One character of one text
     watched, place = c.free(range(NUMBER + 1), name="text"), c.free(
@@ -143,10 +147,13 @@ def describe(c: Contract, dut: StoredLines) -> None:
                   & (items.payload.as_value() == lines.payload.as_value()))
     c.implication("lines-wait", "While a text is run no line is taken.",
                   when=state("READ", "REPLY", "NEXT"), then=~lines.ready)
-    c.implication("one-at-a-time", "The next line begins when the last is answered.", when=waits,
-                  then=~items.valid)
+    c.implication("waits-for-all", "Behind a line with a $ the next begins when all are answered.",
+                  when=waits, then=~items.valid)
+    c.implication("alone", "So does a text.", when=state("READ", "NEXT"), then=unanswered == 0)
+    c.implication("held", "A text does not begin while it is held.",
+                  when=state("READ") & (at == 0) & dut.held, then=~items.valid)
     c.implication("answers-pass", "The answer of a line that came is said.",
-                  when=dut.said.valid, then=state("ANSWER") & answers.valid
+                  when=dut.said.valid, then=state("LINE", "ANSWER") & answers.valid
                   & (dut.said.payload == answers.payload) & (dut.said.ready == answers.ready))
     c.implication("replies", "That of a text that was run is given with its number.",
                   when=dut.replies.valid, then=state("REPLY") & answers.valid
@@ -164,13 +171,18 @@ def describe(c: Contract, dut: StoredLines) -> None:
                   "the answer behind a request.",
                   when=~begins & state("READ") & c.past(~state("READ", "NEXT")),
                   then=c.past((state("CHOOSE") & ~dut.locked)
-                              | (state("ANSWER") & answered & c.signal("asked"))))
+                              | (state("ANSWER") & (unanswered == 0) & c.signal("asked"))))
     c.implication("both", "Both, the first one first.",
                   when=~begins & c.past(state("NEXT")),
                   then=Mux(c.past(number) == 0, state("READ") & (number == 1),
                            state("LINE") & (number == 0)))
-    c.invariant("states", "It waits for an answer only behind a line, and begins with the first.",
-                state("FAULT") | ((waits == state("ANSWER", "REPLY"))
+    c.invariant("states", "It waits for answers only behind lines, and begins with the first.",
+                state("FAULT") | ((waits == state("ANSWER")) & (unanswered <= 3)
+                                  & (state("LINE", "ANSWER") | (unanswered == state("REPLY")))
+                                  & (c.signal("unanswered") == Mux(state("REPLY"), 0, unanswered))
+                                  & (state("START", "CHOOSE", "LINE")
+                                     | ~c.signal("system"))
+                                  & (c.signal("system") == dollar)
                                   & (state("READ", "REPLY", "NEXT") | (number == 0))),
                 cover=waits, lemma=True)
     steps = c.signal("run_step"), c.signal("shown_step")
@@ -183,4 +195,5 @@ def describe(c: Contract, dut: StoredLines) -> None:
 FEW = {"texts": [b"A", b"", b"B"], "length": 1}
 
 STORED_LINES = Component(make=StoredLines, describe=describe,
-                         cases=(Case(FEW), Case(FEW, upset=True)), depth=30)
+                         cases=(Case(FEW), Case({**FEW, "length": 3}, real=True),
+                                Case(FEW, upset=True)), depth=30)

@@ -47,6 +47,28 @@ def test_impossible_times(chosen, message):
         GCodeSettings(**chosen)
 
 
+def test_startup_lines_are_those_that_the_machine_would_keep():
+    kept = settings(startup=("g21 (mm) f600", "G1 X0.5 ; a bit"))
+    assert kept.startup == ("G21F600", "G1X0.5")
+    assert settings(startup=("", "")).startup == ()
+    assert settings().stores and not settings(startup_lines="no").stores
+    for lines, message in ((("G1X1", "F600"), "refuse 'G1X1' with error:22"),
+                           (("G999", ""), "refuse 'G999' with error:20"),
+                           (("X" + "0" * 126, "X" + "0" * 127), "characters of startup line 1")):
+        with pytest.raises(ValueError, match=message):
+            settings(startup=lines)
+    with pytest.raises(ValueError, match="no room for startup lines"):
+        settings(startup=("G21", ""), startup_lines="no")
+
+
+def test_a_program_comes_behind_the_startup_lines(tmp_path):
+    program = tmp_path / "program.ngc"
+    program.write_text("G1X1\n")
+    with pytest.raises(ValueError, match="error:22"):
+        settings(program=str(program))
+    assert settings(program=str(program), startup=("F600", "")).program == b"G1X1\n"
+
+
 def test_two_axes_may_ask_a_motor_for_steps_at_once():
     assert settings(kinematics="corexy").most_rate == settings().most_rate / 2
     with pytest.raises(ValueError, match="max_rate of X must be at most"):

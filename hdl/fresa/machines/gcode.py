@@ -57,6 +57,7 @@ from ..protocol import (
     GCodeReporter,
     GCodeSettingStore,
     GCodeState,
+    GCodeStatus,
     LineBuffer,
     RealtimeCode,
     RealtimeFilter,
@@ -481,7 +482,7 @@ class GCode(MachineComponent):
         connect(m, receiver.bytes, realtime.bytes)
         connect(m, realtime.rest, buffer.bytes)
         answers = self._answers(m, interpreter, renewed)
-        stored = self._store_lines(m, anew, reader, gate, homing, answers, faults)
+        stored = self._store_lines(m, anew, control, reader, gate, homing, answers, faults)
         lines, said = self._program(m, anew, control, interpreter,
                                     stored.said if stored else answers, buffer.items, faults)
         connect(m, lines, stored.lines if stored else reader.items)
@@ -521,7 +522,7 @@ class GCode(MachineComponent):
         between = Signal()
         m.d.sync += between.eq(interpreter.position.ready)
         self._words(m, gate, interpreter, planner, probing, renewed,
-                    settling | ((missed | discarded) & between))
+                    settling | ((missed | discarded) & between), discarded)
         faults += [receiver.fault, gate.fault, interpreter.fault, lister.fault, planner.fault,
                    homing.fault]
 
@@ -725,8 +726,8 @@ class GCode(MachineComponent):
                                    positions[axis] <= -length))
             m.d.comb += blocked[axis].eq(Mux(away, far, switches[axis]))
 
-    def _store_lines(self, m: Module, anew: Callable, reader: GCodeReader, gate: GCodeGate,
-                     homing: GCodeHoming, answers: stream.Interface, faults: list
+    def _store_lines(self, m: Module, anew: Callable, control: GCodeControl, reader: GCodeReader,
+                     gate: GCodeGate, homing: GCodeHoming, answers: stream.Interface, faults: list
                      ) -> StoredLines | None:
         """Have lines run at every start, and after homing, if the machine keeps any."""
         if not self.settings.stores:
@@ -736,7 +737,8 @@ class GCode(MachineComponent):
         connect(m, stored.items, reader.items)
         connect(m, answers, stored.answers)
         m.d.comb += [
-            stored.locked.eq(gate.locked), stored.run.eq(homing.done),
+            stored.locked.eq(gate.locked), stored.held.eq(control.state == GCodeState.DOOR),
+            stored.run.eq(homing.done),
             stored.slot.eq(gate.slot), stored.writing.eq(gate.writing), stored.keep.eq(gate.keep),
             stored.seen.eq(reader.seen), stored.character.eq(reader.character),
             stored.restore.eq(gate.restoring_texts), gate.too_long.eq(stored.too_long),
@@ -786,10 +788,12 @@ class GCode(MachineComponent):
 
     def _words(self, m: Module, gate: GCodeGate, interpreter: GCodeInterpreter,
                planner: GCodePlanner, probing: GCodeProbing | None, renewed: Signal,
-               settling: Signal) -> None:
+               settling: Value, discarded: Signal) -> None:
         """Pass words and positions on, from registers: lines wait until they know where they begin.
 
-        What follows a line waits until that is answered, as the gate has to know.
+        What follows a line waits until that is answered, as the gate has to know. A line that had
+        begun when a jog was discarded is refused, as nothing would be done of it; another jog that
+        had is a part of what is discarded.
         """
         words = interpreter.words
         takes = Signal()
@@ -804,6 +808,9 @@ class GCode(MachineComponent):
                          words.valid.eq(gate.passed.valid & ~settling),
                          answering.eq(gate.passed.valid & ~settling
                                       & (gate.passed.p.kind == GCodeKind.END))]
+            with m.If(discarded & (gate.passed.p.kind == GCodeKind.END) & ~gate.passed.p.system
+                      & (gate.passed.p.status == GCodeStatus.GOOD)):
+                m.d.sync += words.p.status.eq(GCodeStatus.LOCKED)
         position = interpreter.position
         m.d.comb += planner.positions.ready.eq(~position.valid)
         with m.If(~position.valid):
@@ -888,7 +895,8 @@ class GCode(MachineComponent):
                             name="pulse_width")
         with m.If(planner.configured):
             m.d.sync += width.eq(planner.pulse)
-        times["width"] = -(-MAX_WIDTH * self.settings.clock // 10**9)
+        times["width"] = clocks_of("longest pulse", MAX_WIDTH, 10**9, clock=self.settings.clock,
+                                   most=MAX_PULSE)
         made, powers = [], []
         # Where each axis was; in a homing cycle 0 but of the one that homes, so that the others
         # need no choice.

@@ -29,6 +29,9 @@ STORES = ("N0=", "N1=", "I=")
 COMMANDS = ("X", "H", "$", "C", "SLP", "RST=$", "RST=#", "RST=*", JOG, *LISTS, *STORES)
 """System lines that are a text of their own, behind their ``$``, or begin so."""
 
+NO_SETTING = 255
+"""A number that no setting may have: it stands for those that are larger."""
+
 
 class GCodeGate(wiring.Component):
     """Carries out system lines, refuses lines while the machine is locked, and passes the others.
@@ -110,7 +113,7 @@ class GCodeGate(wiring.Component):
         Sleep; reset. For one clock, that of the answer.
     restoring, restoring_texts : Out(1), Out(1)
         Settings or coordinates have become what they were at power-up, for one clock; the texts
-        are to.
+        are to, in that of the answer.
     erase, erase_address : Out(1), Out(6)
         Make the word of an `Operand` 0.
     listing, list, all_listed : Out(1), Out(GCodeList), In(1)
@@ -176,10 +179,12 @@ class GCodeGate(wiring.Component):
         restores = restores_settings | known["RST=#"]
         restarts = Signal()  # when it is answered
         sleeps = Signal()  # likewise
+        restores_texts = Signal()  # likewise
         m.d.comb += [self.restart.eq(self.answered & restarts),
-                     self.sleep.eq(self.answered & sleeps)]
+                     self.sleep.eq(self.answered & sleeps),
+                     self.restoring_texts.eq(self.answered & restores_texts)]
         with m.If(self.answered):
-            m.d.sync += [restarts.eq(0), sleeps.eq(0)]
+            m.d.sync += [restarts.eq(0), sleeps.eq(0), restores_texts.eq(0)]
         for each, which in LISTS.items():
             with m.If(known[each]):
                 m.d.comb += self.list.eq(which)
@@ -321,8 +326,8 @@ class GCodeGate(wiring.Component):
                 with m.If(count == Operand.POSITION - 1):
                     m.next = "RESTORED"
             with m.State("RESTORED"):
-                m.d.comb += [self.restoring.eq(1), self.restoring_texts.eq(known["RST=*"])]
-                m.d.sync += restarts.eq(1)
+                m.d.comb += self.restoring.eq(1)
+                m.d.sync += [restarts.eq(1), restores_texts.eq(known["RST=*"])]
                 answer(GCodeStatus.GOOD)
 
             # A homing cycle, if it is allowed: $22 is read.
@@ -461,7 +466,7 @@ class GCodeGate(wiring.Component):
                         with m.If(numeric & ~line.sets):
                             m.d.sync += place.eq(4)
             with m.Elif(place == 2):  # the number has ended
-                m.d.sync += line.number.eq(Mux(number.whole[8:].any(), 0, number.whole))
+                m.d.sync += line.number.eq(Mux(number.whole[8:].any(), NO_SETTING, number.whole))
             with m.Elif((place == 4) & (character == ord("="))):
                 m.d.sync += [
                     line.sets.eq(1), line.value.eq(number.value), line.whole.eq(number.whole),

@@ -29,10 +29,11 @@ COPIES = 3
 class StoredLines(wiring.Component):
     """Keeps texts that lines bring, and passes two of them as lines whenever it is asked to.
 
-    Lines are passed as they come, each when the one before is answered. After a reset, but not
-    while the machine is locked, and when ``run`` asks for it, the texts 1 and 2 are passed as
-    lines, before any other; an empty one is not. Their answers are not said, but given as parts of
-    lists: ``>line:ok`` or ``>line:error:N``.
+    Lines are passed as they come, up to three before they are answered; behind one with a ``$``,
+    which may ask for it, the next waits until all are. After a reset, but not while the machine is
+    locked, and when ``run`` asks for it, the texts 1 and 2 are passed as lines, before any other;
+    an empty one is not, and one that is not begins when the machine is not ``held``. Their answers
+    are not said, but given as parts of lists: ``>line:ok`` or ``>line:error:N``.
 
     A text is kept when its line was accepted, until then the old one stands; it is in a memory
     that a reset leaves as it is, as it leaves the choice of what stands. So the texts of power-up
@@ -43,8 +44,9 @@ class StoredLines(wiring.Component):
     ========  ================================================================  ===================
     START     waits until the control has left its own START                    CHOOSE
     CHOOSE    looks whether the machine is locked                               READ, or LINE
-    LINE      passes a line                                                     ANSWER at its end
-    ANSWER    passes its answer                                                 LINE, or READ if
+    LINE      passes lines, and answers                                         ANSWER at the end
+                                                                                of one with a $
+    ANSWER    passes answers, until there are all                               LINE, or READ if
                                                                                 asked to run
     READ      passes a text as a line                                           REPLY, or NEXT if
                                                                                 it is empty
@@ -64,9 +66,9 @@ class StoredLines(wiring.Component):
     -------
     lines, items : In(stream.Signature(LineItem)), Out(stream.Signature(LineItem))
         Lines, and these with those of the texts.
-    run, locked : In(1), In(1)
-        Run the texts after the answer that comes next, for one clock; nothing is to be run after a
-        reset.
+    run, locked, held : In(1), In(1), In(1)
+        Run the texts behind the line with a ``$`` that is to be answered, for one clock; nothing is
+        to be run after a reset; not now.
     answers, said : In(stream.Signature(8)), Out(stream.Signature(8))
         Answers of all lines, and of those that came.
     replies : Out(stream.Signature(LISTED))
@@ -90,7 +92,8 @@ class StoredLines(wiring.Component):
     Raises
     ------
     ValueError
-        If there are too many texts, or one is too long or has other than printable ASCII.
+        If there are too many texts, or one is too long or has a blank, or other than printable
+        ASCII.
     """
 
     def __init__(self, texts: Sequence[bytes] = (), *, length: int = STORED_LENGTH) -> None:
@@ -104,7 +107,7 @@ class StoredLines(wiring.Component):
         self.texts, self.length = tuple(texts), length
         super().__init__({
             "lines": In(stream.Signature(LineItem)), "items": Out(stream.Signature(LineItem)),
-            "run": In(1), "locked": In(1),
+            "run": In(1), "locked": In(1), "held": In(1),
             "answers": In(stream.Signature(8)), "said": Out(stream.Signature(8)),
             "replies": Out(stream.Signature(LISTED)),
             "slot": In(2), "writing": In(1), "seen": In(1), "character": In(8), "keep": In(1),
@@ -167,10 +170,17 @@ class StoredLines(wiring.Component):
         line = stream.Signature(LineItem).create()  # that is run
         number = Signal(range(STARTUP_LINES))
         runs = Signal()
-        place, ended = read(number + 1, runs, line, name="run")
+        place, run_ended = read(number + 1, runs, line, name="run")
         asked = Signal()
         with m.If(self.run):
             m.d.sync += asked.eq(1)
+        unanswered = Signal(2)  # lines that came
+        system = Signal()  # the line has a $
+        passes = Signal()  # answers of lines that came
+        ended, told = Signal(name="line_ended"), Signal()
+        m.d.comb += told.eq(self.said.valid & self.said.ready)
+        with m.If(ended != told):
+            m.d.sync += unanswered.eq(unanswered + Mux(told, -1, 1))
 
         items, answers = self.items, self.answers
         m.d.comb += [self.said.payload.eq(answers.payload), items.payload.eq(self.lines.payload),
@@ -185,12 +195,17 @@ class StoredLines(wiring.Component):
                 with m.If(~self.locked):
                     m.next = "READ"
             with m.State("LINE"):
-                m.d.comb += [items.valid.eq(self.lines.valid), self.lines.ready.eq(items.ready)]
-                with m.If(items.valid & items.ready & items.p.end):
+                with m.If(~unanswered.all()):
+                    m.d.comb += [items.valid.eq(self.lines.valid),
+                                 self.lines.ready.eq(items.ready)]
+                m.d.comb += [passes.eq(1), ended.eq(items.valid & items.ready & items.p.end)]
+                with m.If(items.valid & items.ready):
+                    m.d.sync += system.eq(~items.p.end & (system | (items.p.byte == ord("$"))))
+                with m.If(ended & system):
                     m.next = "ANSWER"
             with m.State("ANSWER"):
-                m.d.comb += [self.said.valid.eq(answers.valid), answers.ready.eq(self.said.ready)]
-                with m.If(answers.valid & answers.ready):
+                m.d.comb += passes.eq(1)
+                with m.If(unanswered == 0):
                     m.next = "LINE"
                     with m.If(asked):
                         m.d.sync += asked.eq(0)
@@ -201,9 +216,10 @@ class StoredLines(wiring.Component):
                     m.d.comb += line.ready.eq(1)
                     m.next = "NEXT"
                 with m.Else():
-                    m.d.comb += [items.valid.eq(line.valid), line.ready.eq(items.ready),
-                                 items.payload.eq(line.payload)]
-                    with m.If(ended):
+                    with m.If(~self.held | (place != 0)):
+                        m.d.comb += [items.valid.eq(line.valid), line.ready.eq(items.ready)]
+                    m.d.comb += items.payload.eq(line.payload)
+                    with m.If(run_ended):
                         m.next = "REPLY"
             with m.State("REPLY"):
                 m.d.comb += [self.replies.valid.eq(answers.valid),
@@ -217,5 +233,7 @@ class StoredLines(wiring.Component):
                     m.next = "LINE"
             with m.State("FAULT"):
                 pass
+        with m.If(passes):
+            m.d.comb += [self.said.valid.eq(answers.valid), answers.ready.eq(self.said.ready)]
         m.d.comb += self.fault.eq(leave_unused_codes(m, fsm, fault="FAULT"))
         return m

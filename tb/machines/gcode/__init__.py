@@ -60,6 +60,11 @@ def _others(text: str) -> tuple[tuple[int, Fraction], ...]:
     return tuple(found.items())
 
 
+def _plain(line: str) -> str:
+    """Return a line without its comments."""
+    return re.sub(r"\([^)]*(?:\)|$)|;.*", "", line)
+
+
 def _program(name: str, dialect: str, *, startup: Sequence[str], probing: bool) -> bytes:
     """Return the program in a file, without comments, after the model of the language took it.
 
@@ -75,7 +80,7 @@ def _program(name: str, dialect: str, *, startup: Sequence[str], probing: bool) 
     for line in startup:
         language.line(words(line))
     for number, line in enumerate(text.splitlines(), 1):
-        kept = re.sub(r"\([^)]*(?:\)|$)|;.*", "", line).strip(" \t")
+        kept = _plain(line).strip(" \t")
         if kept in ("", "%"):
             continue
         if bad := re.search(r"[^ -~]", kept.replace("\t", " ")):
@@ -95,11 +100,11 @@ def _program(name: str, dialect: str, *, startup: Sequence[str], probing: bool) 
 
 def _startup(lines: Sequence[str], dialect: str, *, probing: bool) -> tuple[str, ...]:
     """Return startup lines as the machine would keep them, if it would take them."""
-    kept = []
+    language, kept = Interpreter(probing=probing), []
     for line in lines:
-        kept.append(re.sub(r"\([^)]*(?:\)|$)|;.*|[ \t]", "", line).upper())
+        kept.append(re.sub(r"[ \t]", "", _plain(line)).upper())
         try:
-            Interpreter(probing=probing).line(words(kept[-1], dialect))
+            language.line(words(kept[-1], dialect))
         except RefusedLine as refused:
             raise ValueError(f"--startup: the machine would refuse {line!r} with "
                              f"error:{refused.args[0]}") from refused

@@ -29,7 +29,7 @@ OTHERS = (b"M3 S1000", b"M5", b"M8", b"M9", b"M7", b"G4 P0.001", b"G4", b"M0", b
           b"G38.2",
           b"$J=G91 X0.2 F900", b"$J=X0 Y0 F9000", b"$J=G0 X1 F1",
           b"$X", b"$H", b"$$", b"$", b"$G", b"$#", b"$I", b"$C", b"$C", b"$RST=#", b"",
-          b"$N0=G55X.1", b"$N1=G91", b"$N1=", b"$I=(a)b", b"$N", b"$RST=*",
+          b"$N0=G55", b"$N1=", b"$I=(a)b", b"$N",
           b"$10=0", b"$10=1", b"$10=3", b"$13=1",
           b"(comment) G1", b"; all of it", b"G1 X", b"X1 X2", b"G1 G2 X1",
           b"F0", b"F9000", b"T1 N5", b"%", b"G93 G1 X1", b"G17", b"G18",

@@ -3,6 +3,7 @@
 """Two driver modules: as one while no motor is halted, and in any case each step at both or one."""
 
 import re
+from typing import Any
 
 import numpy as np
 import pytest
@@ -20,7 +21,7 @@ OUTPUTS = ["moved", "step_pin", "direction_pin", "enable_pin", "second_step_pin"
 TIMES = [(1, 1, 1, 1), (2, 3, 3, 2), (1, 5, 2, 1), (4, 1, 7, 3)]
 
 
-def times(width: int, low: int, setup: int, hold: int) -> dict[str, int]:
+def times(width: int, low: int, setup: int, hold: int) -> dict[str, Any]:
     return {"width": width, "low": low, "setup": setup, "hold": hold}
 
 

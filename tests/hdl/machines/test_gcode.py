@@ -866,6 +866,18 @@ def test_a_jog_is_cancelled_where_it_is(session, jogs, each, byte):
     assert was and session.at(0, 0, 0)
 
 
+@pytest.mark.parametrize("line", ["G1X1", "$N0=G1X1"])
+def test_a_line_that_is_half_there_when_a_jog_is_cancelled_is_refused(session, line):
+    assert session.send("G91\n") == ["ok"]
+    said = session.send(JOG.format(4, 3000) + line, wait=False) + session.send("\x85")
+    was = session.position[0]
+    assert said + session.send("F600\n") == ["ok", "error:9"]
+    assert session.position[0] == was
+    assert session.send("$N\n")[0] == "$N0="
+    assert session.send("G1X1F600\n") == ["ok"]
+    assert session.position[0] == was + STEPS
+
+
 def test_a_jog_does_not_leave_the_travel(design):
     with CXXRTLEngine(design) as engine:
         session = Switches(engine, (3, -4, 1))

@@ -10,6 +10,7 @@ from fresa.machines.gcode import GCode, GCodeSettings
 from fresa.protocol import STORED_LENGTH
 from tb.boards import component
 from tb.engines import CXXRTLEngine
+from tb.models.protocol import bits
 from tests.hdl.machines.test_gcode import (
     GREETING,
     HOMED,
@@ -74,11 +75,10 @@ def test_a_line_comes_behind_them(session):
     ("$N0=G999", "error:20"), ("$N0=X", "error:2"), ("$N1=%", "error:1"), ("$N2=G54", "error:3"),
     ("$N=G54", "error:3"), ("$N01=G54", "error:3"), ("$N0=$X", "error:1"), ("$N0", "error:3"),
     (f"$N0=G1F100X{'0' * STORED_LENGTH}", "error:14"), (f"$I={'a' * 128}", "error:14"),
-    ("$I", None), ("$NO=G54", "error:3")])
+    ("$NO=G54", "error:3")])
 def test_what_is_refused_is_not_stored(session, line, answer):
     assert session.send("$N0=G55\n$N1=G21\n$I=mine\n") == ["ok"] * 3
-    if answer:
-        assert session.send(f"{line}\n") == [answer]
+    assert session.send(f"{line}\n") == [answer]
     assert listed(session) == ["$N0=G55", "$N1=G21", "ok"]
     assert reset(session) == [GREETING, ">G55:ok", ">G21:ok"]
 
@@ -145,21 +145,53 @@ def test_everything_restored_is_as_at_power_up(session):
     session.send("$RST=*\n", wait=False, read=False)
     session.run(60_000)
     assert session.read()[-1] == GREETING
+    session.send("$I\n", read=False)
+    session.run(100_000)
+    assert session.read()[0] == "[VER:1.1h.20190830:]"
     assert listed(session) == ["$N0=", "$N1=", "ok"]
     assert session.send("$N1=G55\n") == ["ok"]
     assert listed(session) == ["$N0=", "$N1=G55", "ok"]
 
 
-@pytest.mark.parametrize("clocks", [*range(0, 6000, 331)])
+@pytest.mark.parametrize("clocks", [*range(0, 1200, 53)])
 def test_a_reset_at_any_time_stores_a_line_or_not(session, clocks):
     assert session.send("$N0=G55\n") == ["ok"]
-    session.send("$N0=G56\n", wait=False, read=False)
-    session.waiting += [1]
-    session.run(clocks)
-    session.send("\x18", wait=False, read=False)
+    session.waiting += [level for byte in b"$N0=G56\n" for level in bits(byte)]
+    session.run(len(session.waiting) * session.bit + clocks)
+    session.engine.set(abort=1)
     session.run(60_000)
-    assert session.read()[-1] in (">G55:ok", ">G56:ok")
+    session.engine.set(abort=0)
+    lines = session.read()
+    assert lines[-1] == (">G56:ok" if lines[0] == "ok" else ">G55:ok")
+    assert lines[-2] == GREETING
     assert session.send("G0X1\n") == ["ok"]
+
+
+def test_nothing_is_restored_in_what_is_being_said(session):
+    assert session.send("$N0=G91G20\n$N1=G55\n") == ["ok", "ok"]
+    session.send("\x18$RST=*\n", wait=False, read=False)
+    session.run(100_000)
+    assert session.read() == [GREETING, ">G91G20:ok", ">G55:ok", "[MSG:Restoring defaults]", "ok",
+                              GREETING]
+
+
+def test_none_is_run_while_the_door_is_open(session):
+    assert session.send("$N0=M3S500\n") == ["ok"]
+    session.send("\x18", read=False)
+    session.run(60_000)
+    session.send("\x18", wait=False, read=False)
+    session.engine.set(door=1)
+    session.run(100_000)
+    session.read()
+    session.send("\x18", wait=False, read=False)
+    session.run(100_000)
+    assert session.read() == [GREETING, "[MSG:Check Door]"]
+    assert not session.engine.get("spindle")
+    session.engine.set(door=0)
+    assert session.send("G0X1\n", wait=False) == []
+    assert session.send("~") == [">M3S500:ok", "ok"]
+    assert session.engine.get("spindle")
+    assert session.at(1, 0, 0)
 
 
 @pytest.mark.parametrize("clocks", [*range(0, 24_000, 997)])
