@@ -381,9 +381,10 @@ class TestSize:
         assert resources.block_rams <= NEXYS2_500.capacity.block_rams
 
     @pytest.mark.long
-    def test_the_smaller_nexys2_leaves_out_probing_unless_it_is_chosen(self):
+    @pytest.mark.parametrize("name", ["probing", "startup_lines"])
+    def test_the_smaller_nexys2_leaves_out_what_is_not_chosen(self, name):
         default, without, chosen = (build_declared("nexys2-500", machines()["gcode"], **given).rtlil
-                                    for given in ({}, {"probing": "no"}, {"probing": "yes"}))
+                                    for given in ({}, {name: "no"}, {name: "yes"}))
         assert default == without != chosen
 
     @pytest.mark.long
