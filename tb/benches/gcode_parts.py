@@ -234,7 +234,7 @@ def stored_program(run: Run) -> str:
 
 @bench
 def stored_lines(run: Run) -> str:
-    """A line is run at the start; another is kept, and both are run behind one that came."""
+    """A line is run at the start; one more is kept, and then both are run."""
     dut = StoredLines([b"G54"], length=7)
     given, said = [], []
 
