@@ -116,18 +116,6 @@ def elaborated_once() -> Design:
     return component("gcode", GCode(settings=SETTINGS))
 
 
-@pytest.fixture(scope="module")
-def design():
-    return elaborated_once()
-
-
-@pytest.fixture
-def session(design):
-    with CXXRTLEngine(design) as engine:
-        yield Session(engine)
-        assert not engine.get("fault")
-
-
 def steps(target) -> list[int]:
     """Return a position in steps, to the nearest, of two the higher."""
     return [(2 * at * round(per_mm * 1000) + 10**9) // (2 * 10**9)

@@ -13,7 +13,6 @@ from tests.hdl.machines.test_gcode import (
     UNLOCKED,
     Session,
     Switches,
-    elaborated_once,
 )
 
 pytestmark = pytest.mark.compiler
@@ -48,11 +47,6 @@ class Pins:
             changes, changes[1:], strict=False) if value == level]
         del changes[:-1]
         return lengths
-
-
-@pytest.fixture(scope="module")
-def design():
-    return elaborated_once()
 
 
 @pytest.fixture

@@ -14,9 +14,7 @@ from tb.models.gcode_blocks import Motion
 from tb.models.gcode_ends import moved
 from tb.models.gcode_machine import MachineModel, pulses
 from tb.models.gcode_plan import PlanSettings
-from tests.hdl.machines.test_gcode import SETTINGS, Session, design, steps
-
-__all__ = ["design"]
+from tests.hdl.machines.test_gcode import SETTINGS, Session, steps
 
 pytestmark = pytest.mark.compiler
 

@@ -6,26 +6,12 @@ import re
 
 import pytest
 
-from tb.engines import CXXRTLEngine
-
-from .test_gcode import Session, elaborated_once
+from .test_gcode import Session
 
 pytestmark = pytest.mark.compiler
 
 MOVED = "G10 L2 P1 X0.1 Y-0.25 Z1.0005\nG92 X1\nG43.1 Z0.5\nG53 G0 X1.5 Y-0.5 Z0.252\n"
 """The place of the machine, and an origin at -1, -0.25 and 1.5005."""
-
-
-@pytest.fixture(scope="module")
-def design():
-    return elaborated_once()
-
-
-@pytest.fixture
-def session(design):
-    with CXXRTLEngine(design) as engine:
-        yield Session(engine)
-        assert not engine.get("fault")
 
 
 def report(session: Session) -> list[str]:

@@ -19,22 +19,9 @@ from tests.hdl.machines.test_gcode import (
     UNLOCKED,
     Session,
     Switches,
-    elaborated_once,
 )
 
 pytestmark = pytest.mark.compiler
-
-
-@pytest.fixture(scope="module")
-def design():
-    return elaborated_once()
-
-
-@pytest.fixture
-def session(design):
-    with CXXRTLEngine(design) as engine:
-        yield Session(engine)
-        assert not engine.get("fault")
 
 
 def listed(session) -> list[str]:
