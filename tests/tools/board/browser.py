@@ -78,7 +78,8 @@ class Page(browsing.Page):
             self.find("run").click()
         self.set_switches(0)
         self.until(lambda: not self.duty("led5"), "the end of a job")  # there is no question then
-        self.programmed(self.find("power").click)
+        # Not with the mouse: the picture of a new job may still be loading, and move the button.
+        self.programmed(lambda: self.script("document.getElementById('power').click()"))
         self.until(lambda: self.cut() == 0 and self.step == 2
                    and all(self.position(axis) == 0 for axis in "xyz"), "a fresh machine")
         if self.find("run").text == "Run":
@@ -94,6 +95,15 @@ class Page(browsing.Page):
         before = number()
         work()
         self.until(lambda: number() != before, "another machine")
+
+    def choose(self, path: Path) -> None:
+        """Choose a picture in the dialog, and wait for the preview, which moves the buttons."""
+        shown = """const image = document.getElementById("preview");
+            return image.complete && image.naturalWidth > 50 ? image.src : "";"""
+        before = self.script(shown)
+        self.find("file").send_keys(str(path))
+        self.until(lambda: self.script(shown) not in ("", before)
+                   and self.find("program").is_enabled(), "a preview")
 
     def goes_on(self, frames: int) -> None:
         """Wait until the page has shown so many later times."""
