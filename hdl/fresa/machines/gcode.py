@@ -503,13 +503,19 @@ class GCode(MachineComponent):
             lister.start.eq(gate.listing), gate.all_listed.eq(lister.done),
         ]
         probing = GCodeProbing() if settings.probes else None
-        if probing is None:
-            connect(m, interpreter.actions, planner.actions)
-        else:
+        actions = interpreter.actions
+        if probing is not None:
             m.submodules.probing = anew(probing)
-            connect(m, interpreter.actions, probing.actions)
-            connect(m, probing.passed, planner.actions)
+            connect(m, actions, probing.actions)
+            actions = probing.passed
             faults.append(probing.fault)
+        # A report is of one origin: another waits until it is sent, and the next report for that.
+        shows, offsets = Signal(), Signal()
+        m.d.comb += [
+            offsets.eq(actions.valid & (actions.p.kind == GCodeActionKind.OFFSETS)),
+            planner.actions.payload.eq(actions.payload), actions.ready.eq(planner.actions.ready),
+            planner.actions.valid.eq(actions.valid & ~(shows & offsets)),
+        ]
         # A clock later, as it is far; nothing is left of them where a reset began meanwhile.
         for name in ("unlock", "sleep", "restart", "restoring"):
             asked = Signal(name=f"asks_{name}")
@@ -644,7 +650,7 @@ class GCode(MachineComponent):
                          stored.wanted.eq(reporter.stored_wanted)]
             connect(m, stored.text, reporter.stored_text)
         self._reports(m, control, gate, planner, motion, lister, reporter, switches, store,
-                      configures)
+                      configures, shows, offsets & planner.room)
         if probing is not None:
             self._probe(m, control, renewed, gate, lister, planner, motion, probing,
                         switches[AXES], checks=checks, settling=settling)
@@ -1070,7 +1076,8 @@ class GCode(MachineComponent):
 
     def _reports(self, m: Module, control: GCodeControl, gate: GCodeGate, planner: GCodePlanner,
                  motion: BlockMotion, lister: GCodeLister, reporter: GCodeReporter,
-                 switches: Value, store: GCodeSettingStore, configures: Signal) -> None:
+                 switches: Value, store: GCodeSettingStore, configures: Signal,
+                 shows: Signal, waits: Value) -> None:
         """Compute each report that is wanted, then have it sent; the numbers stay meanwhile.
 
         So does what it shows: settings are taken between reports, and new ones count for these when
@@ -1078,7 +1085,7 @@ class GCode(MachineComponent):
         """
         wanted = Signal()
         computed = Signal()  # and the reporter has not begun yet
-        flags, quiet = store.flags, Signal()
+        flags, quiet = store.flags, ~shows
         shown, inches = Signal.like(flags.shown), Signal()
         with m.If(planner.begin):
             m.d.sync += [shown.eq(flags.shown), inches.eq(flags.inches)]
@@ -1089,8 +1096,8 @@ class GCode(MachineComponent):
         with m.If(reporter.reporting):
             m.d.sync += computed.eq(0)
         m.d.comb += [
-            quiet.eq(~computed & ~reporter.reporting),
-            planner.report.eq(wanted & quiet),
+            shows.eq(computed | reporter.reporting),
+            planner.report.eq(wanted & quiet & ~waits),
             planner.configure.eq((configures | gate.configure) & quiet),
             planner.work.eq(shown[0] == 0), reporter.shown.eq(shown),
             *(each.inches.eq(inches) for each in (planner, lister, reporter)),

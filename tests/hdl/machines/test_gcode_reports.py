@@ -90,6 +90,17 @@ def test_where_the_probe_touched_in_inches(session):
     assert listed(session, "G38.3 Y-1.27 F2000\n") == ["[PRB:0.0000,-0.0502,0.0000:0]", "ok"]
 
 
+def test_a_report_has_one_origin_however_often_that_changes(session):
+    session.send("$10=0\n")
+    lines = [line for first in range(1, 61, 15) for line in listed(session, "".join(
+        f"G92 X{n}\n??????" for n in range(first, first + 15)))]
+    assert lines.count("ok") == 60
+    shown = [tuple(float(found) for found in re.search(
+        r"WPos:([^,]*),.*WCO:([^,]*),", each).groups()) for each in lines if "WCO" in each]
+    assert len(shown) > 10
+    assert all(work == -origin for work, origin in shown)
+
+
 def test_units_hold_for_a_whole_line_whenever_they_change(session):
     session.send("G92 X-50.8\nG0 X-48.26\n")
     lines = listed(session, "?" + "".join(

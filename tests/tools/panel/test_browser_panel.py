@@ -139,8 +139,8 @@ class TestMoving:
         assert [bool(um) for um in place] == [name == axis for name in "xyz"]
 
     def test_opposite_keys_stand_still(self, page):
-        page.hold("a", "d")
-        assert page.rest() == page.rest()
+        page.hold("a", "d")  # one after the other
+        page.until(lambda: page.rest() == page.rest(), "rest with both keys down")
         page.keys_up("a")
         page.until(lambda: page.place("x") > 1, "a move to where the other key leads")
         page.keys_up("d")
