@@ -15,6 +15,8 @@ from typing import TYPE_CHECKING, Any
 from amaranth.lib import wiring
 from numpy.typing import NDArray
 
+from fresa.protocol import BAUD
+
 from .bench import Bench
 from .design import Design, Entity
 from .diagram import Diagram
@@ -113,6 +115,10 @@ class Serve:
         names, such as ``Y2+``.
     contacts : sequence of str
         Further inputs of one bit that a person switches, such as that of a door.
+    baud : int
+        Bits a second on its line.
+    least_clock : int
+        The lowest clock in Hz that it can have; with one the slow engine does not serve it.
     """
 
     about: str
@@ -121,6 +127,8 @@ class Serve:
     switches: Callable[..., Sequence[str]] | None = None
     further_switches: Callable[..., Mapping[str, str]] | None = None
     contacts: Sequence[str] = ()
+    baud: int = BAUD
+    least_clock: int = 0
 
 
 @dataclass(frozen=True)

@@ -1,5 +1,6 @@
 """A machine of G-code that is served, and what it sends to all that are connected."""
 
+import math
 import re
 import socket
 import threading
@@ -61,6 +62,9 @@ class Machine:
         Those of them that are reports.
     ask : callable
         Called while something is waited for: makes a sender ask that does not do so by itself.
+    surface : float
+        Where the probe touches: it is switched on by the first report from there or below, and off
+        by the first from above.
     """
 
     def __init__(self, command: Command, port: str, line: socket.socket) -> None:
@@ -68,8 +72,10 @@ class Machine:
         self.received: list[str] = []
         self.reports: list[Report] = []
         self.ask: Callable[[], object] = lambda: None
+        self.surface = -math.inf
         self._command, self._line = command, line
         self._pressed = [False] * len(AXES)
+        self._touches = False
         self._listener = threading.Thread(target=self._listen)
         self._listener.start()
 
@@ -81,9 +87,17 @@ class Machine:
             error.add_note(f"the last that was received: {self.received[-20:]}")
             raise
 
+    def found(self, pattern: str, since: int) -> list[str]:
+        """Return the lines from `since` on that are of a pattern, as a whole."""
+        return [line for line in self.received[since:] if re.fullmatch(pattern, line)]
+
     def count(self, pattern: str, since: int) -> int:
-        """Return how many of the lines from `since` on are of a pattern, as a whole."""
-        return sum(re.fullmatch(pattern, line) is not None for line in self.received[since:])
+        """Return how many these are."""
+        return len(self.found(pattern, since))
+
+    def refused(self, since: int) -> list[str]:
+        """Return the errors and alarms from `since` on."""
+        return self.found(r"error:.*|ALARM:.*", since)
 
     def wait_for(self, pattern: str, since: int, times: int = 1) -> int:
         """Wait for lines of a pattern, from `since` on; return the number of the next line."""
@@ -125,12 +139,15 @@ class Machine:
                 if self._pressed[axis] != (at >= 0):
                     self._pressed[axis] = at >= 0
                     self._command.type(f"limit {AXES[axis]} {'on' if at >= 0 else 'off'}")
+            if self._touches != (place[2] <= self.surface):
+                self._touches = not self._touches
+                self._command.type(f"probe {'on' if self._touches else 'off'}")
 
 
 @contextmanager
-def serve() -> Iterator[Machine]:
-    """Serve a machine that is at its switches, and has to be homed."""
-    with running("tools.serve", "gcode", *OPTIONS, "--tcp", 0) as command:
+def serve(*options: object) -> Iterator[Machine]:
+    """Serve a machine that is at its switches, and has to be homed, with further options."""
+    with running("tools.serve", "gcode", *OPTIONS, *options, "--tcp", 0) as command:
         port = command.first(r"/dev/\S+")
         host, tcp = command.first(r"(?<=socket://)\S+").split(":")
         machine = Machine(command, port, socket.create_connection((host, int(tcp))))

@@ -1,14 +1,15 @@
 """What is tried with each sender."""
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from typing import Self
 
 import pytest
 
-from tests.senders.machine import HOME, Machine
+from tests.senders.machine import HOME, Machine, until
 
-__all__ = ["END", "JOB", "Jogs", "Overrides", "Sender", "Session"]
+__all__ = ["END", "JOB", "Jogs", "Overrides", "Probes", "Sender", "Session"]
 
 #: More blocks than fit into the queue, so that a sender has to wait for answers.
 JOB = ["(A pocket, and a zigzag)", "G21 G90 G94 G17", "M3 S500", "G0 X-10 Y-10", "G1 Z-2.5 F600",
@@ -102,7 +103,7 @@ class Session:
 
     def test_connect(self, sender, machine):
         sender.check()
-        assert not machine.count(r"error:.*", 0)
+        assert machine.refused(0) == []
 
     def test_home(self, sender, machine):
         sender.home()
@@ -150,7 +151,7 @@ class Session:
     def _finish(self, sender: Sender, machine: Machine, begun: int) -> None:
         """Wait for the end of the job, and check it."""
         sender.wait()
-        assert not machine.count(r"error:.*|ALARM:.*", begun)
+        assert machine.refused(begun) == []
         assert machine.count("ok", begun) >= len(JOB) - 1  # without the comment
         machine.wait(lambda: machine.reports[-1].state == "Idle", "Idle")
         assert machine.reports[-1].position == END
@@ -169,7 +170,7 @@ class Jogs(Session):
         sender.jog("X-1")
         machine.wait(lambda: machine.count("error:.*", begun)
                      or machine.reports[-1].position == (x - 1, y, z), "the place")
-        assert not machine.count("error:.*", begun)
+        assert machine.refused(begun) == []
 
 
 class Overrides(Session):
@@ -185,3 +186,18 @@ class Overrides(Session):
             machine.wait(lambda wanted=wanted, begun=begun: any(
                 report.fields.get("Ov") == wanted for report in machine.reports[begun:]),
                 "overrides")
+
+
+class Probes(Session):
+    """A session with a sender that takes over where a probe has touched."""
+
+    def test_probing(self, ready, sender, machine):
+        *_, z = machine.wait_to_be("Idle").position
+        begun, machine.surface = len(machine.received), z - 1
+        sender.probe(f"G38.2 Z{z - 40:g} F120")
+        touched = machine.wait_for(r"\[PRB:.*:1\]", begun)
+        place = tuple(map(float, machine.received[touched - 1][5:-3].split(",")))
+        assert z - 40 < place[2] <= machine.surface
+        until(lambda: sender.probed() == place, "the place in the sender")
+        machine.surface = -math.inf
+        assert machine.refused(begun) == []

@@ -1,6 +1,7 @@
 """bCNC, a program with windows, with the gateware: by the pages that it serves for a telephone."""
 
 import json
+import math
 import shutil
 import socket
 import subprocess
@@ -102,6 +103,10 @@ class BCNC(Sender):
         """Jog by a distance, as its arrows do."""
         self._command(f"$J=G91 {words} F100000")
 
+    def send(self, line: str) -> None:
+        """Send a line, in which it evaluates what is in brackets."""
+        self._command(line)
+
     def override(self, feed: int, rapid: int, spindle: int) -> None:
         """Set what its scales set."""
         names = "_OvFeed, _OvRapid, _OvSpindle, _OvChanged"
@@ -155,3 +160,19 @@ def answers(tcp: int) -> bool:
 
 class TestBCNC(Jogs, Overrides):
     version = "0.9.14.318"
+
+    def test_probing(self, ready, sender, machine):
+        """It computes with the place where the probe has touched."""
+        begun, machine.surface = len(machine.received), -12
+        sender.send("G90 G0 X-20 Y-25 Z-11")
+        sender.send("G38.2 Z-40 F120")
+        touched = machine.wait_for(r"\[PRB:.*:1\]", begun)
+        x, y, z = map(float, machine.received[touched - 1][5:-3].split(","))
+        assert (x, y) == (-20, -25)
+        assert -40 < z <= machine.surface
+        sender.send("G53 G0 X[prbx-1] Y[prby+2] Z[prbz+5]")
+        machine.wait(lambda: machine.reports[-1].position == pytest.approx(
+            (x - 1, y + 2, z + 5), abs=2e-3), "the place beside")
+        machine.surface = -math.inf
+        # It asks for $# by itself, also while the machine moves: as GRBL does, that is refused.
+        assert set(machine.refused(begun)) <= {"error:8"}

@@ -1,6 +1,7 @@
 """cncjs, a server with a page in the browser, with the gateware: as its page does, by socket.io."""
 
 import json
+import math
 import os
 import re
 import shutil
@@ -111,6 +112,20 @@ class Cncjs(Sender):
         self._command("rapidOverride", rapid)
         self._command("spindleOverride", spindle - 100)
 
+    def probe_grid(self, ends: Sequence[float], step: float, clearance: float, end: float) -> None:
+        """Probe at places of a square grid, in X and Y the same."""
+        low, high = ends
+        self._begun = len(self._lines)
+        self._command("autolevel:start", {
+            "startX": low, "endX": high, "stepX": step, "startY": low, "endY": high, "stepY": step,
+            "clearanceZ": clearance, "startZ": clearance - 1, "endZ": end, "feedrate": 240})
+
+    def leveled(self) -> list[tuple[float, ...]]:
+        """Return the places that it has found with the last grid, once it has found all."""
+        self._wait_for("autolevel:complete", self._begun)
+        return [tuple(event[1]["probedPos"][axis] for axis in "xyz")
+                for event in self._events(self._begun, "autolevel:update")]
+
     def _command(self, *words: object) -> None:
         self._emit("command", self._machine.port, *words)
 
@@ -161,6 +176,21 @@ class TestCncjs(Jogs, Overrides):
         sender.jog("X-50")
         machine.wait(lambda: machine.count("error:.*", begun)
                      or machine.reports[-1].state == "Jog", "a jog")
-        assert not machine.count("error:.*", begun)
+        assert machine.refused(begun) == []
         sender.stop_jog()
         assert x - 50 < machine.wait_to_be("Idle").position[0] < x
+
+    def test_probing(self, ready, sender, machine):
+        """It probes a grid by itself, to level what is milled."""
+        begun, machine.surface = len(machine.received), -12
+        sender.probe_grid([-30, -10], 20, clearance=-2, end=-30)
+        found = machine.wait_for(r"\[PRB:.*:1\]", begun, times=4)
+        lines = [line for line in machine.received[begun:found] if line.startswith("[PRB")]
+        depths = [float(line.split(",")[2].partition(":")[0]) for line in lines]
+        grid = [(-30, -30), (-10, -30), (-30, -10), (-10, -10)]
+        assert sender.leveled() == [(*place, depth)
+                                    for place, depth in zip(grid, depths, strict=True)]
+        assert all(-30 < depth <= machine.surface for depth in depths)
+        machine.wait(lambda: machine.reports[-1].position[2] == -2, "the way up")
+        machine.surface = -math.inf
+        assert machine.refused(begun) == []

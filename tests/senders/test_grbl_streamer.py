@@ -6,7 +6,7 @@ from importlib.metadata import version
 import pytest
 
 from tests.senders.machine import Machine, until
-from tests.senders.session import Sender, Session
+from tests.senders.session import Probes, Sender
 
 
 class GrblStreamer(Sender):
@@ -72,6 +72,15 @@ class GrblStreamer(Sender):
         self._greeted(begun)
         self._answered(begun)
 
+    def probe(self, line: str) -> None:
+        """Probe."""
+        self._events.clear()
+        self.streamer.send_immediately(line)
+
+    def probed(self) -> tuple[float, ...] | None:
+        """Return where the probe has touched, as it has told its user."""
+        return next((values[0] for event, *values in self._events if event == "on_probe"), None)
+
     def _greeted(self, since: int) -> None:
         self._machine.wait(lambda: self._event("on_boot", since), "a greeting")
 
@@ -94,7 +103,7 @@ def sender(machine) -> Iterator[Sender]:
         yield sender
 
 
-class TestGrblStreamer(Session):
+class TestGrblStreamer(Probes):
     version = "2.0.2"
 
     def test_overrides(self, ready, sender, machine):

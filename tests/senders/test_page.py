@@ -10,7 +10,8 @@ from tests.tools.process import ROOT
 TRIED = {"pygrbl-streamer": test_pygrbl_streamer.TestPygrblStreamer,
          "grbl-streamer": test_grbl_streamer.TestGrblStreamer,
          "cncjs": test_cncjs.TestCncjs, "bCNC": test_bcnc.TestBCNC}
-COLUMNS = ["connect", "home", "stream", "hold and resume", "reset", "reconnect", "jog", "overrides"]
+COLUMNS = ["connect", "home", "stream", "hold and resume", "reset", "reconnect", "jog", "overrides",
+           "probing"]
 INSTALLED = {"PyPI": ("pyproject.toml", '"{}=={}"'), "npm": (".ci/run", "{}@{}")}
 """What installs the version that the page names, and how it is written there."""
 

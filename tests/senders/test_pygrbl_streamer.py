@@ -62,9 +62,13 @@ class PygrblStreamer(Sender):
         assert not self._job.result(LIMIT_S)
         assert self._streamer.sync() is self._library.State.IDLE
 
+    def ask(self) -> None:
+        """Ask for a report."""
+        self._streamer.realtime(b"?")
+
     def _ask(self) -> None:
         if self._streamer.state is not self._library.State.STREAMING:
-            self._streamer.realtime(b"?")
+            self.ask()
 
 
 @pytest.fixture(scope="module")

@@ -9,7 +9,7 @@ from tb.machines import machines
 
 from ..console import Parser, UserError, command, known, say, whole
 from ..web import stopping
-from .machines import BAUD, Served, build, servable
+from .machines import Served, build, servable
 from .service import HOST, Service, check_port
 from .switches import Switches
 from .typed import Typed
@@ -62,10 +62,11 @@ examples:
 
 engines:
   cxxrtl     the gateware as C++; needs a C++ compiler; faster than real time
-  amaranth   Amaranth's own simulator; always available; slower than real time
+  amaranth   Amaranth's own simulator; always available; slower than real time, and too slow for
+             gcode
 
-The simulated clock is lower than the board's, so a bit takes fewer clocks: the line has {baud} baud
-all the same, and a motor its speed.
+The simulated clock is lower than the board's, so a bit takes fewer clocks: the line is as fast as
+that of the real machine all the same, and a motor has its speed.
 """
 
 
@@ -80,7 +81,7 @@ def main(argv: list[str] | None = None) -> int:
     contacts = "\n".join(f"  {name:<12}{', '.join(each.how.contacts)}"
                          for name, each in served_by_name.items() if each.how.contacts)
     parser = Parser(prog="python -m tools.serve", machines=True, description=ABOUT,
-                    epilog=EPILOG.format(machines=listed, baud=BAUD, contacts=contacts,
+                    epilog=EPILOG.format(machines=listed, contacts=contacts,
                                          example=list(served_by_name)[-1]))
     parser.add_argument("machine", metavar="MACHINE", help="which one, see below")
     parser.add_argument("--tcp", metavar="PORT", type=whole(0, 65535),
@@ -108,7 +109,7 @@ def main(argv: list[str] | None = None) -> int:
 async def _serve(engine: Engine, period: int, served: Served,
                  args: argparse.Namespace) -> None:
     """Serve until Ctrl-C."""
-    speed = args.speed and args.speed * period * BAUD
+    speed = args.speed and args.speed * period * served.how.baud
     with stopping() as stop:
         async with Service(engine, period, speed=speed, port=args.tcp) as service:
             say(service.path)

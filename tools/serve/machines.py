@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from fresa.protocol import BAUD
 from tb.design import Design
 from tb.engines import AmaranthEngine, Engine, EngineError, build_with_fallback, why_slow
 from tb.machine import Machine, Option, Serve
@@ -16,11 +15,11 @@ from tb.machines import machines
 from ..console import FIRST_TIME, Progress, UserError, warn
 from ..machines.options import add_options, values_of
 
-__all__ = ["BAUD", "Served", "build", "servable"]
+__all__ = ["Served", "build", "servable"]
 
-#: Clocks per bit: 2.4576 MHz at 9600 baud, of the clocks that machines are made for one of the
-#: slowest. On the slow engine as few as a receiver can work with.
-BIT = 256
+#: Of the clocks that machines are made for one of the slowest, in Hz.
+CLOCK = 2_457_600
+#: Clocks per bit on the slow engine: as few as a receiver can work with.
 SLOW_BIT = 16
 
 
@@ -114,7 +113,11 @@ def build(served: Served, name: str | None = None) -> tuple[Engine, int]:
 
 
 def _make(served: Served, kind: type[Engine]) -> tuple[Engine, int]:
-    bit = SLOW_BIT if kind is AmaranthEngine else BIT
-    engine = kind(served.design(bit * BAUD, BAUD), stretches=True)
+    baud, slow = served.how.baud, kind is AmaranthEngine
+    bit = SLOW_BIT if slow else max(SLOW_BIT, round(CLOCK / baud))
+    if slow and bit * baud < served.how.least_clock:
+        raise EngineError("this machine is served by the fast engine alone, which needs a C++ "
+                          "compiler: pip install -e '.[fast]'")
+    engine = kind(served.design(bit * baud, baud), stretches=True)
     engine.set(**served.how.levels)
     return engine, bit

@@ -11,7 +11,7 @@ from ..throttle import Throttle
 
 __all__ = ["MOST_WAITING", "Running"]
 
-#: Most queued bytes to the machine: at 9600 baud they take a quarter of a second.
+#: Most queued bytes to the machine: at 115 200 baud those of two runs.
 MOST_WAITING = 256
 
 #: Seconds that a run should take, and clocks of the first run.

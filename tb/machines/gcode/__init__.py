@@ -235,7 +235,8 @@ MACHINE = Machine(
     on_boards=dict.fromkeys(SMALL, {"probing": "no", "startup_lines": "no"}),
     serve=Serve("three axes; G-code such as  G1 X10 F300  and Return,  ?  for the state",
                 switches=lambda **options: ("X-", "Y-", "Z-"), further_switches=_second_switch,
-                contacts=("stop", "door", "hold", "start", "abort", "probe", "motor_fault")),
+                contacts=("stop", "door", "hold", "start", "abort", "probe", "motor_fault"),
+                baud=BAUDS["grbl"], least_clock=2_000_000),
     diagrams=DIAGRAMS,
     # Places have room for metres, and a run goes millimetres; long lists are left out.
     coverage=Coverage(100_000, 89, 66, _explore, named=True),
