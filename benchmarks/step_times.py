@@ -115,8 +115,9 @@ def program(rng: random.Random, blocks: int) -> list[Path1D]:
         length = int(steps * nm * 256)
         path = Path1D(length, acceleration,
                       max(1, min(int(speed * nm) + 1, length * CLOCK // (128 * 256))))
-        if path.block().energy >= 2:
-            made.append(path)
+        if path.block().energy < 2:
+            return program(rng, blocks)  # no other path that slow would have more
+        made.append(path)
     return made
 
 

@@ -308,6 +308,12 @@ DIAGRAMS = (
         "A pulse every 20 ms: the first has no length yet, then they follow the power.",
         "inputs: power outputs: pin", 0, 79_900),
     Diagram(
+        "string-length",
+        "A point moves away from the pulley, at first across and down at once: where the length is "
+        "no longer the nearest it takes a step.",
+        "inputs: tick away place: across below length outputs: step longer busy", 0, 60,
+        radix=("across=dec", "below=dec", "length=dec")),
+    Diagram(
         "core-xy",
         "A step of X turns both motors forward, one of Y turns them against each other; where both "
         "come at once, that of Y is a clock later.",

@@ -1,7 +1,10 @@
 """Benches of the walk, and of its parts."""
 
+from math import isqrt
+
 from fresa.drive import PendingSteps
-from fresa.motion import CoreXY, PathWalk, Rotator, StepAccumulator, StepRatio
+from fresa.motion import CoreXY, PathWalk, Rotator, StepAccumulator, StepRatio, StringLength
+from fresa.motion.string_length import TICKS_LOG2
 
 from ..bench import Run, bench
 
@@ -237,3 +240,47 @@ def core_xy(run: Run) -> str:
 
     run.simulate(dut, test, count)
     return "both motors make each step, and two at once are made one after the other"
+
+
+@bench
+def string_length(run: Run) -> str:
+    """Ways of a point that hangs from a string, and whether its length fits."""
+    dut = StringLength(bits=10)
+    ticks = 1 << TICKS_LOG2
+    made, worst = 0, 0
+
+    async def move(ctx, place, target):
+        nonlocal made, worst
+        while place != target:
+            ways = [(to > at) - (to < at) for at, to in zip(place, target, strict=True)]
+            ctx.set(dut.tick, sum((way != 0) << bit for bit, way in enumerate(ways)))
+            ctx.set(dut.away, sum((way > 0) << bit for bit, way in enumerate(ways)))
+            await ctx.tick()
+            ctx.set(dut.tick, 0)
+            clocks = 0
+            while ctx.get(dut.busy):
+                if ctx.get(dut.step):
+                    made += 1 if ctx.get(dut.longer) else -1
+                await ctx.tick()
+                clocks += 1
+            place = [at + way for at, way in zip(place, ways, strict=True)]
+            squares = place[0] ** 2 + place[1] ** 2
+            # The nearest whole number of steps; of two that are as near, the shorter.
+            length = (isqrt(4 * squares - 1) + ticks) // (2 * ticks) if squares else 0
+            worst = max(worst, clocks)
+            run.see(ctx, dut, across=place[0], below=place[1], length=length, busy=0)
+            run.expect("steps", made, length)
+        return place
+
+    async def test(ctx):
+        place = [0, 0]
+        for target in ([90, 40], [90, 300], [20, 310], [350, 40], [0, 5], [8, 8]):
+            place = await move(ctx, place, target)
+        ctx.set(dut.begin, 1)
+        await ctx.tick()
+        ctx.set(dut.begin, 0)
+        run.see(ctx, dut, across=0, below=0, length=0, busy=0)
+
+    run.simulate(dut, test)
+    run.expect("clocks of a tick", worst, 4)
+    return f"always the nearest length, {worst} clocks after a tick at most"

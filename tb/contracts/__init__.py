@@ -68,6 +68,7 @@ from .step_dir_pair import STEP_DIR_PAIR
 from .step_ratio import STEP_RATIO
 from .stored_lines import STORED_LINES
 from .stored_program import STORED_PROGRAM
+from .string_length import STRING_LENGTH
 from .text import TEXT
 from .thesis import THESIS
 from .uart_receiver import UART_RECEIVER
@@ -97,6 +98,7 @@ GENERAL = {
     "backlash": BACKLASH,
     "backlash_compensator": BACKLASH_COMPENSATOR,
     "core_xy": CORE_XY,
+    "string_length": STRING_LENGTH,
     "limits": LIMITS,
     "axis": AXIS,
     "plan": PLAN,

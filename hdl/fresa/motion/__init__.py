@@ -36,6 +36,7 @@ from .squaring import MotorSquaring
 from .start import StartHandshake
 from .step_accumulator import StepAccumulator
 from .step_ratio import StepRatio
+from .string_length import StringLength
 from .walk import WALK_DELAY, PathWalk, Segment
 
 __all__ = [
@@ -51,5 +52,5 @@ __all__ = [
     "Ramp", "Request", "RequestKind",
     "Rotator", "Segment", "SpeedProfile", "SpiralWalk", "SquareGenerator", "SquareRoot",
     "StartHandshake",
-    "StepAccumulator", "StepCounter", "StepRatio", "ramp_rates",
+    "StepAccumulator", "StepCounter", "StepRatio", "StringLength", "ramp_rates",
 ]
