@@ -11,7 +11,6 @@ from tb.engines import CXXRTLEngine, Engine
 
 from ..console import Parser, UserError, command, say, whole
 from ..serve import Served, Service, Switches, build
-from ..serve.machines import BAUD
 from ..web import redirect, serve, stopping
 from .panel import Panel
 from .routes import panel_site
@@ -95,7 +94,7 @@ async def _serve(machine: tuple[Engine, int] | None, served: Served,
             if machine is not None:
                 engine, period = machine
                 service = await stack.enter_async_context(
-                    Service(engine, period, speed=period * BAUD))
+                    Service(engine, period, speed=period * served.how.baud))
                 switches = Switches(served.switches, service)
                 simulated = Simulated(service, switches)
                 name, failed = "panel-simulated.json", service.ended

@@ -95,8 +95,8 @@ def test_a_report_has_one_origin_however_often_that_changes(session):
     lines = [line for first in range(1, 61, 15) for line in listed(session, "".join(
         f"G92 X{n}\n??????" for n in range(first, first + 15)))]
     assert lines.count("ok") == 60
-    shown = [tuple(float(found) for found in re.search(
-        r"WPos:([^,]*),.*WCO:([^,]*),", each).groups()) for each in lines if "WCO" in each]
+    shown = [(float(work), float(origin)) for each in lines
+             for work, origin in re.findall(r"WPos:([^,]*),.*WCO:([^,]*),", each)]
     assert len(shown) > 10
     assert all(work == -origin for work, origin in shown)
 

@@ -185,6 +185,8 @@ def keys(page, *pressed: str, hold: float = 0.1) -> None:
 
 def tab_to(page, identifier: str) -> None:
     """Go to an element by Tab alone."""
+    if page.script("return document.activeElement.id") == identifier:
+        keys(page, TAB, hold=0)  # by a click, which does not show it
     for _ in range(60):
         if page.script("return document.activeElement.id") == identifier:
             return

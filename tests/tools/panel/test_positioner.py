@@ -12,6 +12,7 @@ from typing import Any
 
 import pytest
 
+from fresa.protocol import BAUD
 from fresa_host import Positioner
 from tb.engines import ENGINES
 from tests.tools.process import PATIENCE
@@ -20,7 +21,6 @@ from tools.panel import Panel
 from tools.panel.settings import load, save
 from tools.panel.simulated import Simulated
 from tools.serve import Service, Switches, build, servable
-from tools.serve.machines import BAUD
 
 pytest.importorskip("serial", reason="pyserial missing: pip install -e '.[host]'")
 
