@@ -63,10 +63,10 @@ examples:
 engines:
   cxxrtl     the gateware as C++; needs a C++ compiler; faster than real time
   amaranth   Amaranth's own simulator; always available; slower than real time, and too slow for
-             gcode
+             some machines
 
-The simulated clock is lower than the board's, so a bit takes fewer clocks: the line is as fast as
-that of the real machine all the same, and a motor has its speed.
+The simulated clock is lower than the board's, so a bit takes fewer clocks: the line is no slower
+than that of the real machine all the same, and a motor has its speed.
 """
 
 

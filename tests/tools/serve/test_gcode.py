@@ -11,7 +11,8 @@ import pytest
 
 from fresa_host import BlockRefused, GCode, JobStopped
 from tests.tools.process import PATIENCE, running
-from tools.serve import servable
+from tools.console import UserError
+from tools.serve import build, servable
 
 serial = pytest.importorskip("serial", reason="pyserial missing: pip install -e '.[host]'")
 
@@ -44,6 +45,11 @@ def machine(gcode) -> Iterator[GCode]:
 def test_inputs_that_can_be_typed_are_inputs_of_the_machine():
     served = servable()["gcode"]
     assert {*served.how.contacts} < {*served.design(2_457_600, 9600).inputs}
+
+
+def test_without_the_fast_engine_it_says_what_to_install():
+    with pytest.raises(UserError, match=r"C\+\+ compiler: pip install"):
+        build(servable()["gcode"], "amaranth")
 
 
 @pytest.mark.compiler
