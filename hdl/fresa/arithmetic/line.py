@@ -14,6 +14,8 @@ from .formulas import Formulas, FormulaTable, Registers
 __all__ = ["Line", "line_formulas"]
 
 WIDTH = 36
+LEAST_CLOCK = 2_000_000
+"""Lowest clock in Hz."""
 AXES = "xyz"
 CORNER = 34_000_000_000
 """Positions reach to so many nanometres, either way; a whole number of steps x 2 x 10^9."""
@@ -60,7 +62,7 @@ class Line:
     deviation: int = 10_000
 
     def __post_init__(self) -> None:
-        in_range("clock", self.clock, 2_000_000, (1 << 27) - 1)
+        in_range("clock", self.clock, LEAST_CLOCK, (1 << 27) - 1)
         in_range("deviation", self.deviation, 1, (1 << 28) - 1)
         for axis in range(len(AXES)):
             in_range(f"speed of {AXES[axis]}", self.speeds[axis], 2, (1 << 31) - 1)

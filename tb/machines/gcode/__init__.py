@@ -7,6 +7,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
+from fresa.arithmetic.line import LEAST_CLOCK
 from fresa.drive.spindle import MAX_PWM
 from fresa.machines.gcode import AXES, AXIS_NAMES, BAUDS, GCode, GCodeSettings
 from fresa.motion import KINEMATICS, MAX_BLOCKS
@@ -236,7 +237,7 @@ MACHINE = Machine(
     serve=Serve("three axes; G-code such as  G1 X10 F300  and Return,  ?  for the state",
                 switches=lambda **options: ("X-", "Y-", "Z-"), further_switches=_second_switch,
                 contacts=("stop", "door", "hold", "start", "abort", "probe", "motor_fault"),
-                baud=BAUDS["grbl"], least_clock=2_000_000),
+                baud=BAUDS["grbl"], least_clock=LEAST_CLOCK),
     diagrams=DIAGRAMS,
     # Places have room for metres, and a run goes millimetres; long lists are left out.
     coverage=Coverage(100_000, 89, 66, _explore, named=True),
