@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from amaranth.lib import wiring
 
 __all__ = ["BUTTON", "BUZZER", "COILS", "COOLANT", "DIGITS", "DIRECTION", "DOOR", "ENABLE",
-           "LIMIT", "MOTOR_FAULT", "NUMBER", "PROBE", "RX", "SEGMENTS", "SERVO", "SPINDLE",
+           "LIMIT", "MOTOR_FAULT", "NUMBER", "PEN", "PROBE", "RX", "SEGMENTS", "SERVO", "SPINDLE",
            "STATUS", "STEP", "STOP", "SWITCH", "TX", "MachineComponent", "Role"]
 
 
@@ -56,6 +56,7 @@ DIRECTION = Role("DIR", registered=True)
 ENABLE = Role("ENABLE", registered=True)
 COILS = Role("coils", registered=True)
 SPINDLE = Role("spindle", registered=True, optional=True)
+PEN = Role("pen", registered=True)
 SERVO = Role("servo", registered=True, optional=True)
 COOLANT = Role("coolant", registered=True, optional=True)
 BUZZER = Role("buzzer", registered=True, optional=True)

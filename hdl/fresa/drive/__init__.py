@@ -18,10 +18,12 @@ from .spindle import (
 )
 from .step_dir import MAX_PULSE, StepDirDriver
 from .step_dir_pair import StepDirPair
+from .string_motor import MAX_LENGTH_BITS, StringMotor
 
 __all__ = [
-    "FULL_POWER", "FULL_STEP", "HALF_STEP", "MAX_MODULUS", "MAX_PERIOD", "MAX_PULSE",
-    "MIN_SERVO_PERIOD", "ONE_PHASE", "SERVO_PERIOD", "AxisDrivers", "CoilDriver",
+    "FULL_POWER", "FULL_STEP", "HALF_STEP", "MAX_LENGTH_BITS", "MAX_MODULUS", "MAX_PERIOD",
+    "MAX_PULSE", "MIN_SERVO_PERIOD", "ONE_PHASE", "SERVO_PERIOD", "AxisDrivers", "CoilDriver",
     "FrequencyDivider", "PendingSteps", "PhaseDriver", "PowerPWM", "RateGenerator", "ServoPulse",
-    "SpindlePower", "StepDirDriver", "StepDirPair", "pwm_frequency", "swap_inner", "valid_period",
+    "SpindlePower", "StepDirDriver", "StepDirPair", "StringMotor", "pwm_frequency", "swap_inner",
+    "valid_period",
 ]

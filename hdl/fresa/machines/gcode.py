@@ -38,6 +38,7 @@ from ..motion import (
     GCodePlanner,
     GCodeProbing,
     Overrides,
+    StringHoming,
 )
 from ..panel import ContactFilter
 from ..protocol import (
@@ -273,6 +274,21 @@ class GCodeSettings:
         return self.startup_lines and self.dialect == "grbl"
 
     @property
+    def origin(self) -> tuple[int, ...]:
+        """Origin of G54 at power-up, in nm."""
+        return (0,) * AXES
+
+    @property
+    def defaults(self) -> dict[int, Fraction]:
+        """Further settings, unless `others` has them."""
+        return {} if self.dialect == "grbl" else THESIS_SETTINGS
+
+    @property
+    def bounds(self) -> dict[int, int]:
+        """Highest values of some settings as the store has them; 0 for those that stay."""
+        return {}
+
+    @property
     def notes(self) -> list[str]:
         """What ``$I`` says besides: what is not kept, and what is left out."""
         return ["Settings and coordinates last until power-off",
@@ -342,7 +358,7 @@ class GCodeSettings:
         others = dict(self.others)
         if twice := values.keys() & others.keys():
             raise ValueError(f"${min(twice)} has a setting of its own, and is not a further one")
-        values |= {**({} if self.dialect == "grbl" else THESIS_SETTINGS), **others}
+        values |= {**self.defaults, **others}
         decimal = {each.number for each in SETTINGS if each.decimal}
         for number, value in values.items():
             if number not in decimal and value != int(value):
@@ -471,10 +487,10 @@ class GCode(MachineComponent):
                             silence=settings.silence if thesis else None)
         reader = GCodeReader()
         gate, lister = GCodeGate(stores=settings.stores), GCodeLister()
-        interpreter = GCodeInterpreter(probing=settings.probes)
+        interpreter = GCodeInterpreter(probing=settings.probes, origin=settings.origin)
         planner = GCodePlanner(line=Line(clock=settings.clock), gap=settings.gap,
                                motors=settings.motors)
-        homing = GCodeHoming(simple=thesis, squared_axis=settings.second_axis)
+        homing = self._homing()
         for name, part in (("buffer", buffer), ("reader", reader), ("gate", gate),
                            ("interpreter", interpreter), ("lister", lister),
                            ("planner", planner), ("homing", homing)):
@@ -484,7 +500,8 @@ class GCode(MachineComponent):
         answers = self._answers(m, interpreter, renewed)
         stored = self._store_lines(m, anew, control, reader, gate, homing, answers, faults)
         lines, said = self._program(m, anew, control, interpreter,
-                                    stored.said if stored else answers, buffer.items, faults)
+                                    stored.said if stored else answers, buffer.items, faults,
+                                    renewed)
         connect(m, lines, stored.lines if stored else reader.items)
         m.d.comb += [
             receiver.rx.eq(self.rx),
@@ -542,7 +559,8 @@ class GCode(MachineComponent):
                      motion.words.valid.eq(planner.words.valid & ~drops),
                      planner.words.ready.eq(motion.words.ready | drops)]
         m.submodules.settings = store = GCodeSettingStore(
-            values=settings.store, second_motor=settings.second_motor is not None)
+            values=settings.store, second_motor=settings.second_motor is not None,
+            bounds=settings.bounds)
         flags = store.flags
         switches = Signal(AXES + 2)
         blocked, powered = Signal(AXES), Signal()
@@ -638,7 +656,7 @@ class GCode(MachineComponent):
         connect(m, said, reporter.answers)
         connect(m, control.messages, reporter.messages)
         connect(m, control.alarms, reporter.alarms)
-        connect(m, reporter.bytes, transmitter.bytes)
+        connect(m, self._sent(m, reporter.bytes), transmitter.bytes)
         # Of these sources of parts never more than one has any.
         parts = [lister.parts, gate.listed, *([stored.replies] if stored else [])]
         for part in parts:
@@ -664,12 +682,8 @@ class GCode(MachineComponent):
         ]
         faults += [reporter.fault]
 
-        if not thesis:
-            m.d.sync += [
-                self.spindle.eq(outputs.clockwise | outputs.counter_clockwise),
-                self.reverse.eq(outputs.counter_clockwise)]
+        self._tools(m, outputs)
         m.d.sync += [
-            self.mist.eq(outputs.mist), self.flood.eq(outputs.flood),
             self.moving.eq(moving), self.alarm.eq(control.state == GCodeState.ALARM),
         ]
         if thesis:
@@ -699,6 +713,23 @@ class GCode(MachineComponent):
         with m.If(shown.any()):
             m.d.sync += self.fault.eq(1)
         return m
+
+    def _homing(self) -> "GCodeHoming | StringHoming":
+        """Return what carries out homing cycles."""
+        return GCodeHoming(simple=self.settings.dialect == "thesis",
+                           squared_axis=self.settings.second_axis)
+
+    def _sent(self, m: Module, said: stream.Interface) -> stream.Interface:
+        """Return the bytes to be sent, of those that the machine says."""
+        return said
+
+    def _tools(self, m: Module, outputs) -> None:
+        """Switch spindle and coolant."""
+        if self.settings.dialect != "thesis":
+            m.d.sync += [
+                self.spindle.eq(outputs.clockwise | outputs.counter_clockwise),
+                self.reverse.eq(outputs.counter_clockwise)]
+        m.d.sync += [self.mist.eq(outputs.mist), self.flood.eq(outputs.flood)]
 
     def _idle(self, m: Module, control: GCodeControl, busy: Value, delay: Value, beat: Signal,
               powered: Signal) -> None:
@@ -733,7 +764,7 @@ class GCode(MachineComponent):
             m.d.comb += blocked[axis].eq(Mux(away, far, switches[axis]))
 
     def _store_lines(self, m: Module, anew: Callable, control: GCodeControl, reader: GCodeReader,
-                     gate: GCodeGate, homing: GCodeHoming, answers: stream.Interface, faults: list
+                     gate: GCodeGate, homing, answers: stream.Interface, faults: list
                      ) -> StoredLines | None:
         """Have lines run at every start, and after homing, if the machine keeps any."""
         if not self.settings.stores:
@@ -754,7 +785,7 @@ class GCode(MachineComponent):
 
     def _program(self, m: Module, anew: Callable, control: GCodeControl,
                  interpreter: GCodeInterpreter, answers: stream.Interface,
-                 lines: stream.Interface, faults: list
+                 lines: stream.Interface, faults: list, renewed: Signal
                  ) -> tuple[stream.Interface, stream.Interface]:
         """Return the lines to be read, and their answers, with those of the program of its own."""
         if not self.settings.program:
@@ -831,20 +862,20 @@ class GCode(MachineComponent):
             m.d.sync += [words.valid.eq(0), answering.eq(0), position.valid.eq(0)]
 
     def _system(self, m: Module, control: GCodeControl, renewed: Signal, gate: GCodeGate,
-                planner: GCodePlanner, motion: BlockMotion, homing: GCodeHoming,
+                planner: GCodePlanner, motion: BlockMotion, homing,
                 store: GCodeSettingStore) -> None:
         """Carry out what system lines want: settings, and the homing cycle."""
         # Whose addresses they are is known long before the first.
         configuring, seeking = Signal(), Signal()
-        asked, wanted = Signal.like(store.address), Signal.like(store.address)
+        wanted = Signal.like(store.address)
         m.d.sync += [
             configuring.eq(planner.configure), seeking.eq(homing.active),
             gate.resting.eq(motion.idle & ((control.state == GCodeState.IDLE)
                                            | (control.state == GCodeState.ALARM))),
             control.failure.eq(homing.failure),
         ]
+        asked = self._home(m, planner, motion, homing, store, configuring)
         m.d.comb += [
-            asked.eq(Mux(configuring, planner.setting_address, homing.setting_address)),
             wanted.eq(asked),
             store.address.eq(Mux(configuring | seeking, wanted, gate.address)),
             store.known_address.eq(gate.address),
@@ -855,9 +886,6 @@ class GCode(MachineComponent):
             gate.refused.eq(planner.verdict != 0),
             gate.homed.eq(homing.done), homing.start.eq(gate.home),
             homing.allowed.eq(control.state == GCodeState.HOME),
-            homing.setting.eq(store.value), homing.lower.eq(store.flags.lower),
-            homing.homed.eq(planner.homed),
-            homing.standing.eq(motion.still),
             control.home.eq(homing.active & ~renewed), control.strict.eq(store.flags.strict),
             control.locked_start.eq(store.flags.homing & (self.settings.dialect == "grbl")),
         ]
@@ -866,11 +894,22 @@ class GCode(MachineComponent):
         if self.settings.kinematics == "corexy":
             with m.If(asked == setting_index(101)):
                 m.d.comb += wanted.eq(setting_index(100))
-        connect(m, homing.request, planner.homing)
         with m.If(planner.beyond):
             m.d.sync += control.failure.eq(AlarmCode.SOFT_LIMIT)
         with m.If(renewed):
             m.d.sync += control.failure.eq(AlarmCode.NONE)
+
+    def _home(self, m: Module, planner: GCodePlanner, motion: BlockMotion, homing,
+              store: GCodeSettingStore, configuring: Signal) -> Signal:
+        """Have homing cycles made by the planner; return the setting that either asks for."""
+        asked = Signal.like(store.address)
+        m.d.comb += [
+            asked.eq(Mux(configuring, planner.setting_address, homing.setting_address)),
+            homing.setting.eq(store.value), homing.lower.eq(store.flags.lower),
+            homing.homed.eq(planner.homed), homing.standing.eq(motion.still),
+        ]
+        connect(m, homing.request, planner.homing)
+        return asked
 
     def _probe(self, m: Module, control: GCodeControl, renewed: Signal, gate: GCodeGate,
                lister: GCodeLister, planner: GCodePlanner, motion: BlockMotion,
@@ -892,7 +931,7 @@ class GCode(MachineComponent):
             m.d.sync += control.failure.eq(probing.failure)
 
     def _drivers(self, m: Module, control: GCodeControl, renewed: Signal, motion: BlockMotion,
-                 planner: GCodePlanner, homing: GCodeHoming, probing: GCodeProbing | None,
+                 planner: GCodePlanner, homing, probing: GCodeProbing | None,
                  store: GCodeSettingStore, faults: list, blocked: Signal, powered: Signal,
                  restarts: Signal) -> list[Signal]:
         """Make the steps at the pins, and count them there; return the counts."""
@@ -988,7 +1027,7 @@ class GCode(MachineComponent):
                      self.enable.eq(Cat(powers).any() ^ store.drive.enable_inverted)]
         return [*kinematics.positions]
 
-    def _second_motor(self, m: Module, driver: StepDirPair, homing: GCodeHoming,
+    def _second_motor(self, m: Module, driver: StepDirPair, homing,
                       store: GCodeSettingStore, axis: int) -> None:
         """Give the second motor of an axis its pins, and let homing halt each of the two."""
         m.d.comb += [
@@ -1027,6 +1066,10 @@ class GCode(MachineComponent):
         faults.append(power.fault)
         return power.power
 
+    def _switches(self, m: Module, flags: Value) -> tuple[Value, Value]:
+        """Return the levels of the limit switches of the axes, and of the probe."""
+        return self.limits, self.probe
+
     def _inputs(self, m: Module, control: GCodeControl, realtime: RealtimeFilter,
                 planner: GCodePlanner, flags: Value) -> Signal:
         """Give the control commands, buttons as such, and contacts that are on for a period.
@@ -1050,7 +1093,8 @@ class GCode(MachineComponent):
         with m.If(planner.configured):
             m.d.sync += period.eq(planner.filter)
         # Level and what makes it on: limit switches, probe, door, stop, fault of a driver
-        pins = [*((limit, flags.open) for limit in self.limits), (self.probe, flags.probe_open),
+        limits, probe = self._switches(m, flags)
+        pins = [*((limit, flags.open) for limit in limits), (probe, flags.probe_open),
                 (self.door, flags.others_open[1]), (self.stop, flags.others_open[0]),
                 (self.motor_fault, flags.others_open[2])]
         if self.settings.second_motor is not None:

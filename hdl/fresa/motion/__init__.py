@@ -14,6 +14,7 @@ from .gcode_homing import GCodeHoming
 from .gcode_planner import HOMING, GCodePlanner, HomingRequest
 from .gcode_probing import GCodeProbing
 from .guard import GuardedController
+from .hanging import Hanging
 from .kinematics import KINEMATICS, CoreXY
 from .limits import Limits
 from .manual import ManualControl
@@ -36,21 +37,19 @@ from .squaring import MotorSquaring
 from .start import StartHandshake
 from .step_accumulator import StepAccumulator
 from .step_ratio import StepRatio
-from .string_length import StringLength
+from .string_homing import StringHoming
+from .string_length import TICKS_LOG2, StringLength
 from .walk import WALK_DELAY, PathWalk, Segment
 
 __all__ = [
     "HOMING", "KINEMATICS", "MAX_ACCELERATION", "MAX_BACKLASH", "MAX_BLOCKS", "MAX_LEVELS",
-    "OVERRIDE_BITS", "PICTURE_LIMIT", "WALK_DELAY",
-    "AlarmCode", "Answer", "AutomaticControl", "Axis", "Backlash", "BacklashCompensator",
-    "BlockLoader", "BlockMotion",
-    "BlockQueue", "CoordinateGenerator", "CoreXY", "GCodeControl", "GCodeHoming",
-    "GCodePlanner", "GCodeProbing", "GuardedController", "HomingRequest", "Limits", "ManualControl",
-    "MotionSequencer", "MotorSquaring",
-    "Move", "MoveTo", "NominalSpeed", "NumericalController", "Order", "OrderControl",
-    "OrderLedger", "Outcome", "Outputs", "OverrideKind", "Overrides", "PathWalk", "PointStore",
-    "Ramp", "Request", "RequestKind",
-    "Rotator", "Segment", "SpeedProfile", "SpiralWalk", "SquareGenerator", "SquareRoot",
-    "StartHandshake",
-    "StepAccumulator", "StepCounter", "StepRatio", "StringLength", "ramp_rates",
+    "OVERRIDE_BITS", "PICTURE_LIMIT", "TICKS_LOG2", "WALK_DELAY", "AlarmCode", "Answer",
+    "AutomaticControl", "Axis", "Backlash", "BacklashCompensator", "BlockLoader", "BlockMotion",
+    "BlockQueue", "CoordinateGenerator", "CoreXY", "GCodeControl", "GCodeHoming", "GCodePlanner",
+    "GCodeProbing", "GuardedController", "Hanging", "HomingRequest", "Limits", "ManualControl",
+    "MotionSequencer", "MotorSquaring", "Move", "MoveTo", "NominalSpeed", "NumericalController",
+    "Order", "OrderControl", "OrderLedger", "Outcome", "Outputs", "OverrideKind", "Overrides",
+    "PathWalk", "PointStore", "Ramp", "Request", "RequestKind", "Rotator", "Segment",
+    "SpeedProfile", "SpiralWalk", "SquareGenerator", "SquareRoot", "StartHandshake",
+    "StepAccumulator", "StepCounter", "StepRatio", "StringHoming", "StringLength", "ramp_rates",
 ]

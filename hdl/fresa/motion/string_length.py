@@ -1,5 +1,7 @@
 """Length of a string from a pulley to a point that moves, without a square root."""
 
+from math import isqrt
+
 from amaranth import Module, Mux, Signal, signed
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
@@ -27,18 +29,17 @@ class StringLength(wiring.Component):
     taken in, or waits for one of the other direction, and its step comes 2 clocks later, or up to 4
     if there are ticks in both directions.
 
-    It begins at the pulley. A machine whose point is elsewhere makes ticks to get there, and leaves
-    the steps to no motor.
-
     Parameters
     ----------
     bits : int
         Bits of `across` and `below`.
+    first_across, first_below : int
+        Where the point is at first, in ticks; at the pulley unless given.
 
     Members
     -------
     begin : In(1)
-        Be at the pulley, with a length of 0; ticks that wait are forgotten.
+        Be where it is at first; ticks that wait are forgotten.
     tick : In(2)
         Move by a tick, across and below. Not while an earlier tick of the same direction waits, and
         never to less than 0 or beyond `bits`.
@@ -62,17 +63,29 @@ class StringLength(wiring.Component):
     of a line, and bows what is between.
     """
 
-    def __init__(self, *, bits: int = 19) -> None:
+    def __init__(self, *, bits: int = 19, first_across: int = 0, first_below: int = 0) -> None:
         self.bits = in_range("bits", bits, TICKS_LOG2 + 1, 32)
+        most = (1 << bits) - 1
+        self.first = (in_range("first_across", first_across, 0, most),
+                      in_range("first_below", first_below, 0, most))
         super().__init__({
             "begin": In(1), "tick": In(2), "away": In(2), "step": Out(1), "longer": Out(1),
-            "across": Out(self.bits), "below": Out(self.bits),
-            "length": Out(self.bits - TICKS_LOG2 + 1), "busy": Out(1)})
+            "across": Out(self.bits, init=first_across), "below": Out(self.bits, init=first_below),
+            "length": Out(self.bits - TICKS_LOG2 + 1, init=self.first_length), "busy": Out(1)})
+
+    @property
+    def first_length(self) -> int:
+        """Length at first, in steps: the nearest whole number to the true one."""
+        square = 4 * sum(place**2 for place in self.first)
+        double = isqrt(square >> 2 * TICKS_LOG2)  # odd where the rest of the length is half or more
+        return (double + ((double << TICKS_LOG2) ** 2 < square)) // 2
 
     def elaborate(self, platform) -> Module:
         m = Module()
         # E - K²/4 - 1: above the bits of K² it says by how many K² the length is beyond.
-        excess = Signal(signed(self.bits + TICKS_LOG2 + 2), init=-(1 << 2 * TICKS_LOG2 - 2) - 1)
+        error = sum(place**2 for place in self.first) - (self.first_length << TICKS_LOG2) ** 2
+        excess = Signal(signed(self.bits + TICKS_LOG2 + 2),
+                        init=error - (1 << 2 * TICKS_LOG2 - 2) - 1)
         short = Signal()  # the string is too long, if it is not right
         beyond = Signal(len(excess) - 2 * TICKS_LOG2 - 1)
         m.d.comb += [

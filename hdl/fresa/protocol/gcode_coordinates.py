@@ -1,5 +1,6 @@
 """Coordinates of G-code: a memory of words, and sums of them."""
 
+from collections.abc import Sequence
 from enum import IntEnum
 
 from amaranth import Array, Cat, Const, Module, Mux, Signal, Value, signed, unsigned
@@ -77,6 +78,8 @@ class GCodeCoordinates(wiring.Component):
         Bits of words.
     reach : int
         Bits of a coordinate, with its sign.
+    origin : sequence of int
+        Origin of G54 at power-up, in nm.
 
     Members
     -------
@@ -113,9 +116,12 @@ class GCodeCoordinates(wiring.Component):
 
     TERMS = 5
 
-    def __init__(self, *, width: int = 44, reach: int = 36) -> None:
+    def __init__(self, *, width: int = 44, reach: int = 36,
+                 origin: Sequence[int] = (0, 0, 0)) -> None:
         self.width = in_range("width", width, 4, 64)
         self.reach = in_range("reach", reach, 2, width)
+        most = 1 << self.reach - 1
+        self.origin = [in_range("origin in nm", each, -most, most - 1) for each in origin]
         super().__init__({
             "run": In(1), "sum": In(CoordinateSum), "line": In(GCodeLineState),
             "done": Out(1), "changed": Out(1), "beyond": Out(1),
@@ -130,6 +136,7 @@ class GCodeCoordinates(wiring.Component):
         writes = Signal()
         stored = Signal(self.width)
         m.d.comb += operand_address.eq(Mux(writes, address, self.operand_address))
+        first = [0] * Operand.SYSTEM + self.origin if any(self.origin) else []
         # Two copies, so that each has one port, which does not read while it writes, in slices of
         # as many bits as a RAM with such a port has: else synthesis would take one with two ports,
         # and put a bypass around it.
@@ -137,7 +144,8 @@ class GCodeCoordinates(wiring.Component):
                                   ("operands", operand_address, self.operand)):
             for low in range(0, self.width, SLICE):
                 bits = min(SLICE, self.width - low)
-                words = memory.Memory(shape=unsigned(bits), depth=64, init=[],
+                words = memory.Memory(shape=unsigned(bits), depth=64,
+                                      init=[each >> low & (1 << bits) - 1 for each in first],
                                       attrs={"ram_style": "block"})
                 m.submodules[f"{name}_{low}"] = words
                 write, read = words.write_port(), words.read_port()

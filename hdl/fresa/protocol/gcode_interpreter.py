@@ -1,5 +1,7 @@
 """Words of G-code to motions and other actions: modes, coordinates, and what GRBL refuses."""
 
+from collections.abc import Sequence
+
 from amaranth import Cat, Const, Module, Mux, Signal, signed, unsigned
 from amaranth.lib import data, enum, stream, wiring
 from amaranth.lib.wiring import In, Out
@@ -102,6 +104,8 @@ class GCodeInterpreter(wiring.Component):
         Bits of values, from 40 to 64; those of the words.
     probing : bool
         There is a probe: else G38 is refused as a word that is unknown.
+    origin : sequence of int
+        Origin of G54 at power-up, in nm.
 
     Members
     -------
@@ -138,9 +142,10 @@ class GCodeInterpreter(wiring.Component):
         If ``width`` is out of range.
     """
 
-    def __init__(self, *, width: int = 44, probing: bool = True) -> None:
+    def __init__(self, *, width: int = 44, probing: bool = True,
+                 origin: Sequence[int] = (0, 0, 0)) -> None:
         self.width = in_range("width", width, 40, 64)
-        self.probing = probing
+        self.probing, self.origin = probing, tuple(origin)
         super().__init__({
             "words": In(stream.Signature(gcode_layout(self.width))),
             "position": In(stream.Signature(
@@ -155,7 +160,8 @@ class GCodeInterpreter(wiring.Component):
     def elaborate(self, platform) -> Module:
         m = Module()
         m.submodules.line = collected = GCodeLine(width=self.width, probing=self.probing)
-        m.submodules.coordinates = store = GCodeCoordinates(width=self.width)
+        m.submodules.coordinates = store = GCodeCoordinates(width=self.width,
+                                                               origin=self.origin)
         m.submodules.converter = converter = UnitConverter(width=self.width)
         line = Signal(GCodeLineState)
         jog = Signal()  # the line is one

@@ -200,6 +200,9 @@ class GCodeSettingStore(wiring.Component):
         defaults.
     second_motor : bool
         One axis has a second motor: bit 3 of $3 inverts its direction.
+    bounds : mapping of int to int
+        Highest values to be written, by number, of those for which it is not that of `SETTINGS`; 0
+        for one that stays what it is.
 
     Members
     -------
@@ -231,8 +234,9 @@ class GCodeSettingStore(wiring.Component):
     """
 
     def __init__(self, *, values: Mapping[int, int] = MappingProxyType({}),
-                 second_motor: bool = False) -> None:
-        self.second_motor = second_motor
+                 second_motor: bool = False,
+                 bounds: Mapping[int, int] = MappingProxyType({})) -> None:
+        self.second_motor, self.bounds = second_motor, dict(bounds)
         self.values = setting_values(values, second_motor=second_motor)
         super().__init__({
             "address": In(range(len(SETTINGS))), "value": Out(SETTING_BITS),
@@ -252,7 +256,7 @@ class GCodeSettingStore(wiring.Component):
                                     "initial": SETTING_BITS})
         m.submodules.known = known = memory.Memory(shape=layout, depth=len(SETTINGS), init=[
             {"number": each.number, "decimal": each.decimal, "least": each.least,
-             "most": each.most, "initial": value}
+             "most": self.bounds.get(each.number, each.most), "initial": value}
             for each, value in zip(_settings(second_motor=self.second_motor), self.values,
                                    strict=True)])
         write = values.write_port()

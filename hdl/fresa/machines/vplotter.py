@@ -1,0 +1,361 @@
+"""`vplotter`: a pen that hangs from two strings, and draws what it is told to on a wall."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from math import ceil, floor, hypot, sqrt
+
+from amaranth import Cat, Const, Module, Mux, Signal, Value, signed
+from amaranth.lib import stream
+from amaranth.lib.wiring import In, Out, connect
+
+from ..checks import in_range
+from ..drive import FULL_POWER, MAX_PERIOD, StringMotor
+from ..motion import (
+    TICKS_LOG2,
+    BlockMotion,
+    GCodeControl,
+    GCodePlanner,
+    GCodeProbing,
+    Hanging,
+    Overrides,
+    StringHoming,
+)
+from ..protocol import (
+    MAX_MM,
+    GCodeInterpreter,
+    GCodeSettingStore,
+    GCodeState,
+    WallDialect,
+)
+from ..roles import (
+    BUTTON,
+    COILS,
+    DOOR,
+    LIMIT,
+    MOTOR_FAULT,
+    PEN,
+    RX,
+    SERVO,
+    STATUS,
+    STOP,
+    TX,
+    MachineComponent,
+)
+from .gcode import AXES, GCode, GCodeSettings
+
+__all__ = ["VPlotter", "VPlotterSettings"]
+
+PLACE_BITS, LENGTH_BITS = 19, 18
+"""Bits of a place in ticks, and of what a motor has paid out, in steps: of both strings at most."""
+
+OFF_SWITCH = 20
+"""Millimetres of string in which a switch has to open, at most."""
+
+LIFT = 20
+"""Millimetres from where Z is 0, the pen touching, to the upper end of its travel."""
+
+
+@dataclass(frozen=True)
+class VPlotterSettings(GCodeSettings):
+    """What a hanging plotter is: its wall, its strings, and the limits of what hangs there.
+
+    X and Y are counted in ticks, an eighth of a step of a string; Z has no motor, and says whether
+    the pen touches. Lines are those of GRBL, or begin with ``:``.
+
+    Attributes
+    ----------
+    wall_width, wall_height : int
+        From pulley to pulley, and from the line of the pulleys to the lower edge of the wall, in
+        mm.
+    least_y : int
+        Upper edge of where it draws, below the line of the pulleys, in mm.
+    rest : tuple of int
+        Where it is after homing, x and y in mm from the left pulley, y down.
+    string_steps : Fraction
+        Half steps of a motor per mm of string.
+    string_rate : int
+        Half steps a second with which strings are wound in a homing cycle.
+
+    Raises
+    ------
+    ValueError
+        If a setting is out of range.
+    """
+
+    baud: int | None = 9600
+    steps_per_mm: Sequence[Fraction] = field(init=False, default=())
+    max_rate: Sequence[Fraction] = (Fraction(3000), Fraction(3000), Fraction(6000))
+    acceleration: Sequence[Fraction] = (Fraction(100),) * AXES
+    kinematics: str = field(init=False, default="cartesian")
+    second_motor: str | None = field(init=False, default=None)
+    probing: bool = field(init=False, default=False)
+    dialect: str = field(init=False, default="grbl")
+    wall_width: int = 1768
+    wall_height: int = 1768
+    least_y: int = 200
+    rest: tuple[int, int] = (884, 884)
+    string_steps: Fraction = Fraction("25.4648")
+    string_rate: int = 400
+
+    def __post_init__(self) -> None:
+        in_range("wall_width in mm", self.wall_width, 10, MAX_MM)
+        in_range("wall_height in mm", self.wall_height, 10, MAX_MM)
+        in_range("least_y in mm", self.least_y, 1, self.wall_height - 1)
+        in_range("x of the place of rest", self.rest[0], 0, self.wall_width)
+        in_range("y of the place of rest", self.rest[1], self.least_y, self.wall_height)
+        ticks = Fraction(round(self.string_steps * (1000 << TICKS_LOG2)), 1000)
+        object.__setattr__(self, "steps_per_mm", (ticks, ticks, Fraction(100)))
+        in_range("ticks from a pulley to a far corner", max(self.ticks(self.wall_width),
+                                                            self.ticks(self.wall_height)),
+                 2, (1 << PLACE_BITS) - 1)
+        in_range("steps of both strings", self.most_wound, 1, (1 << LENGTH_BITS) - 1)
+        in_range("clocks between steps of a string", self.period, 2, MAX_PERIOD)
+        in_range("string_rate", self.string_rate, 1, self.clock // self.period)
+        if stays := {number for number, _ in self.others} & self.bounds.keys():
+            raise ValueError(f"${min(stays)} follows from the wall, and is not a further setting")
+        super().__post_init__()
+
+    def ticks(self, mm: int) -> int:
+        """Return a place in ticks."""
+        return round(mm * self.steps_per_mm[0])
+
+    @property
+    def most_wound(self) -> int:
+        """Steps of string that homing may wind: of both to the far corners, and a tenth."""
+        return ceil(2.2 * hypot(self.wall_width, self.wall_height) * float(self.string_steps))
+
+    @property
+    def period(self) -> int:
+        """Least clocks between steps of a string: a third more than at the highest speed."""
+        fastest = max(self.max_rate[:2]) / 60 * self.string_steps
+        return floor(self.clock / (float(fastest) * sqrt(2) * 4 / 3))
+
+    @property
+    def pace(self) -> int:
+        """Clocks from step to step in a homing cycle."""
+        return self.clock // self.string_rate
+
+    @property
+    def options(self) -> str:
+        return super().options + "H"
+
+    @property
+    def origin(self) -> tuple[int, ...]:
+        """The lower left corner; positions of the machine are 0 at the upper right one."""
+        return (-self.wall_width * 10**6, (self.least_y - self.wall_height) * 10**6, -LIFT * 10**6)
+
+    @property
+    def defaults(self) -> dict[int, Fraction]:
+        return {20: Fraction(1), 22: Fraction(1), 130: Fraction(self.wall_width),
+                131: Fraction(self.wall_height - self.least_y), 132: Fraction(2 * LIFT)}
+
+    @property
+    def bounds(self) -> dict[int, int]:
+        return dict.fromkeys((20, 22, 100, 101, 130, 131), 0) | {
+            110 + axis: floor(self.max_rate[axis] * 1000) for axis in range(2)}
+
+
+class VPlotter(GCode):
+    """Hanging plotter: G-code, or the commands of the thesis, come in, coils of two motors go out.
+
+    It is :class:`GCode` with other kinematics, :class:`Hanging`, and another homing cycle,
+    :class:`StringHoming`. The origin of G54 is the lower left corner of the wall, y up; a line that
+    begins with ``:`` is a command of :class:`WallDialect`, with y down. It stays on the wall.
+
+    At power-up the place is unknown: it is locked until it has homed. If it is unlocked without
+    that, or after homing has failed, it takes for granted that it hangs at the place of rest.
+
+    The pen touches while a command draws, after M3 and M4 until M5, and where Z is below 0. Motors
+    turn the other way with bits 0 and 1 of $3.
+
+    Parameters
+    ----------
+    settings : VPlotterSettings
+        Wall, strings and limits.
+
+    Members
+    -------
+    rx : In(1)
+        The line from the host.
+    limits : In(2)
+        End switches of the left and the right string, 1 where one is on.
+    stop, door, motor_fault, hold, start, abort : In(1)
+        As of :class:`GCode`.
+    tx : Out(1)
+        The line to the host.
+    left, right : Out(4)
+        Coils of the motors of the strings, half step.
+    pen : Out(1)
+        The pen touches.
+    servo : Out(1)
+        The same as pulses for a hobby servo: $210 off the wall, $211 on it.
+    moving, alarm, fault : Out(1)
+        As of :class:`GCode`.
+
+    Raises
+    ------
+    ValueError
+        If a setting is out of range.
+
+    Source: thesis of the hanging plotter, whose master and slaves are blocks of one gateware here.
+    """
+
+    settings: VPlotterSettings
+
+    def __init__(self, *, settings: VPlotterSettings | None = None) -> None:
+        self.settings = settings = settings or VPlotterSettings()
+        self.roles = {
+            "rx": RX, "tx": TX, "left": COILS, "right": COILS, "pen": PEN, "servo": SERVO,
+            "limits": LIMIT, "stop": STOP, "door": DOOR, "motor_fault": MOTOR_FAULT,
+            "hold": BUTTON, "start": BUTTON, "abort": BUTTON,
+            "moving": STATUS, "alarm": STATUS, "fault": STATUS,
+        }
+        MachineComponent.__init__(self, {
+            "rx": In(1), "limits": In(2), "stop": In(1), "door": In(1), "motor_fault": In(1),
+            "hold": In(1), "start": In(1), "abort": In(1), "tx": Out(1), "left": Out(4),
+            "right": Out(4), "pen": Out(1), "servo": Out(1), "moving": Out(1), "alarm": Out(1),
+            "fault": Out(1)})
+        self._dialect = WallDialect(
+            width=settings.wall_width, top=settings.least_y, height=settings.wall_height,
+            feed=floor(max(settings.max_rate[:2])))
+        self._enabled = Signal(name="enabled")  # the motors have power
+        self._touches = Signal(name="touches")  # Z is below 0
+
+    def _homing(self) -> StringHoming:
+        settings = self.settings
+        return StringHoming(pace=settings.pace, most=settings.most_wound,
+                            most_off=ceil(OFF_SWITCH * settings.string_steps))
+
+    def _home(self, m: Module, planner: GCodePlanner, motion: BlockMotion, homing,
+              store: GCodeSettingStore, configuring: Signal) -> Signal:
+        return planner.setting_address
+
+    def _switches(self, m: Module, flags: Value) -> tuple[Value, Value]:
+        switches = Signal(AXES)
+        m.d.comb += switches.eq(Cat(self.limits, flags.open))  # those that there are not are off
+        return switches, flags.probe_open
+
+    def _program(self, m: Module, anew: Callable, control: GCodeControl,
+                 interpreter: GCodeInterpreter, answers: stream.Interface,
+                 lines: stream.Interface, faults: list, renewed: Signal
+                 ) -> tuple[stream.Interface, stream.Interface]:
+        lines, answers = super()._program(m, anew, control, interpreter, answers, lines, faults,
+                                          renewed)
+        m.submodules.dialect = dialect = self._dialect
+        connect(m, lines, dialect.lines)
+        said = answers.signature.create()
+        m.d.comb += [
+            said.payload.eq(answers.payload), said.valid.eq(answers.valid & ~dialect.own),
+            answers.ready.eq(said.ready | dialect.own),
+            dialect.answered.eq(answers.valid & answers.ready),
+            dialect.refused.eq(answers.payload != 0), dialect.renewed.eq(renewed),
+            dialect.moving.eq(control.moving), dialect.cancelled.eq(control.cancelled),
+            dialect.sleeping.eq(control.state == GCodeState.SLEEP),
+            dialect.powered.eq(self._enabled),
+        ]
+        faults.append(dialect.fault)
+        return dialect.items, said
+
+    def _sent(self, m: Module, said: stream.Interface) -> stream.Interface:
+        """Send lines of the reporter and of the dialect, never one within another."""
+        own, sent = self._dialect.bytes, said.signature.create()
+        turn = Signal()  # of the dialect
+        within = Signal()  # a line of the reporter
+        last = sent.payload == ord("\n")
+        m.d.comb += [
+            sent.payload.eq(Mux(turn, own.payload, said.payload)),
+            sent.valid.eq(Mux(turn, own.valid, said.valid)),
+            said.ready.eq(sent.ready & ~turn), own.ready.eq(sent.ready & turn),
+        ]
+        with m.If(turn):
+            m.d.sync += turn.eq(~(sent.valid & sent.ready & last))
+        with m.Elif(said.valid & said.ready):
+            m.d.sync += within.eq(~last)
+        with m.Elif(~within & ~said.valid):
+            m.d.sync += turn.eq(own.valid)
+        return sent
+
+    def _drivers(self, m: Module, control: GCodeControl, renewed: Signal, motion: BlockMotion,
+                 planner: GCodePlanner, homing, probing: GCodeProbing | None,
+                 store: GCodeSettingStore, faults: list, blocked: Signal, powered: Signal,
+                 restarts: Signal) -> list[Signal]:
+        """Make ticks of the place and steps of the strings, and return the place."""
+        settings, dialect = self.settings, self._dialect
+        m.submodules.hanging = hanging = Hanging(
+            width=settings.ticks(settings.wall_width), bits=PLACE_BITS,
+            first_across=settings.ticks(settings.rest[0]),
+            first_below=settings.ticks(settings.rest[1]))
+        stops, stopped, drops = Signal(), Signal(), Signal()
+        homed, homes = Signal(), Signal()
+        fails, failed = Signal(), Signal()  # homing, a clock ago
+        m.d.comb += [stops.eq(control.stop | self.fault),
+                     fails.eq(homes & ~homing.active & ~homed)]
+        m.d.sync += [
+            stopped.eq(stops), drops.eq(stops | restarts), self._enabled.eq(powered),
+            homes.eq(homing.active), failed.eq(fails),
+            homed.eq((homed & ~homing.active | homing.done)
+                     & (control.state != GCodeState.SLEEP) & ~control.emergency),
+        ]
+        m.d.comb += [
+            hanging.step.eq(motion.step[:2] & (~stops).replicate(2)),
+            hanging.direction.eq(motion.direction[:2]),
+            hanging.begin.eq(homing.place | fails), hanging.drop.eq(drops),
+            dialect.homed.eq(homed), dialect.stage.eq(homing.stage),
+        ]
+        faults.append(hanging.fault)
+        follows = Signal()  # motors make the lengths that strings shall have
+        m.d.comb += follows.eq(~(homing.active | fails | failed))
+        made = [~hanging.busy]
+        for side, (name, coils) in enumerate((("left", self.left), ("right", self.right))):
+            motor = StringMotor(bits=LENGTH_BITS, period=settings.period,
+                                first=hanging.strings[side].first_length)
+            m.submodules[f"motor_{name}"] = motor
+            m.d.comb += [
+                motor.length.eq(hanging.lengths[side]),
+                motor.follow.eq((follows | homing.follow[side]) & ~stopped),
+                motor.step.eq(homing.step[side] & ~stopped), motor.longer.eq(homing.longer[side]),
+                motor.zero.eq(homing.zero[side]), motor.place.eq(failed),
+                motor.enable.eq(self._enabled), motor.inverted.eq(store.flags.inverted[side]),
+                homing.moved[side].eq(motor.moved), homing.behind[side].eq(motor.behind),
+                coils.eq(motor.coils),
+            ]
+            made.append(~motor.behind)
+        m.d.comb += motion.made.eq(Cat(made).all())
+
+        z = Signal(signed(PLACE_BITS))
+        with m.If(motion.step[2] & ~stops):
+            m.d.sync += z.eq(z + Mux(motion.direction[2], 1, -1))
+        m.d.comb += self._touches.eq(z < -LIFT * 100)
+        across, below = hanging.across, hanging.below
+        positions = [Signal(signed(36), name=f"position_{name}") for name in "xyz"]
+        m.d.comb += [
+            positions[0].eq(across - settings.ticks(settings.wall_width)),
+            positions[1].eq(settings.ticks(settings.least_y) - below), positions[2].eq(z),
+            *(planner.steps[axis].eq(position) for axis, position in enumerate(positions)),
+        ]
+        return positions
+
+    def _tools(self, m: Module, outputs) -> None:
+        """Leave out what a plotter has not: the pen is in place of a spindle."""
+
+    def _spindle(self, m: Module, motion: BlockMotion, overrides: Overrides,
+                 store: GCodeSettingStore, faults: list) -> Signal:
+        outputs, rapid = overrides.outputs, motion.feed.all()
+        spins = outputs.clockwise | outputs.counter_clockwise
+        m.d.sync += self.pen.eq(self._dialect.pen | self._touches
+                                | (spins & ~(store.flags.laser & rapid)))
+        power = Signal.like(Const(FULL_POWER))
+        m.d.comb += power.eq(Mux(self.pen, FULL_POWER, 0))
+        return power
+
+    def _idle(self, m: Module, control: GCodeControl, busy: Value, delay: Value, beat: Signal,
+              powered: Signal) -> None:
+        """Give the motors power also on demand, and let that end a sleep."""
+        moves, wanted = Signal(), Signal()
+        super()._idle(m, control, busy, delay, beat, moves)
+        m.d.sync += wanted.eq((wanted | self._dialect.power)
+                              & (control.state != GCodeState.SLEEP) & ~control.emergency)
+        m.d.comb += powered.eq(moves | wanted)
+        with m.If(self._dialect.wake):
+            m.d.comb += control.restart.eq(1)

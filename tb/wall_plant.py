@@ -1,0 +1,130 @@
+"""A pen that hangs from two strings, simulated from the coil words of their motors.
+
+It knows how long the strings are, and that what hangs from both is in gravity's triangle; nothing
+of places, ticks or lines.
+"""
+
+from collections.abc import Iterable
+from math import sqrt
+
+from fresa.drive import HALF_STEP
+
+__all__ = ["StringPlant", "WallPlant", "hangs"]
+
+
+def hangs(left: float, right: float, width: float) -> tuple[float, float] | None:
+    """Return where a point hangs, x to the right and y down from the left pulley.
+
+    Where one string is slack it hangs below the pulley of the other one. None if the strings do not
+    reach: they are torn.
+    """
+    if left + right < width:
+        return None
+    if abs(right**2 - left**2) >= width**2:
+        return (0, left) if left < right else (width, right)
+    x = (left**2 - right**2 + width**2) / (2 * width)
+    return x, sqrt(max(0, left**2 - x**2))
+
+
+class StringPlant:
+    """A motor with its string, and the end switch of that.
+
+    Parameters
+    ----------
+    length : int
+        Of the string at first, in half steps.
+    switch : int
+        The switch is on where the string is shorter.
+    flipped : bool
+        The motor turns the other way.
+
+    Attributes
+    ----------
+    steps : int
+        Half steps that were made, in both directions.
+    jumps : int
+        Words that no motor can follow.
+    nearest : int
+        Least clocks from a step to the next.
+    """
+
+    def __init__(self, length: int, *, switch: int = 0, flipped: bool = False) -> None:
+        self.length, self.switch, self.flipped = length, switch, flipped
+        self.steps = self.jumps = 0
+        self.nearest = 1 << 62
+        self._phase: int | None = None
+        self._clock = -(1 << 62)
+
+    @property
+    def closed(self) -> bool:
+        """Whether the switch is on."""
+        return self.length < self.switch
+
+    def feel(self, clock: int, word: int) -> None:
+        """Follow a coil word; without power the motor stays."""
+        if word == 0:
+            return
+        phase = HALF_STEP.index(word)
+        if self._phase is None:
+            self._phase = phase
+        way = (phase - self._phase + 4) % 8 - 4
+        self._phase = phase
+        if abs(way) > 1:
+            self.jumps += 1
+        elif way:
+            self.steps += 1
+            self.nearest = min(self.nearest, clock - self._clock)
+            self._clock = clock
+            self.length += -way if self.flipped else way
+
+
+class WallPlant:
+    """Both strings, and the pen that hangs from them.
+
+    Parameters
+    ----------
+    width : float
+        From pulley to pulley in mm.
+    steps_per_mm : float
+        Half steps of string.
+    x, y : float
+        Where the pen hangs at first, in mm from the left pulley, y down.
+    switch_mm : float
+        A string that is shorter closes its switch.
+
+    Attributes
+    ----------
+    left, right : StringPlant
+        The strings.
+    torn : bool
+        They were too short for the way between the pulleys.
+    """
+
+    def __init__(self, width: float, steps_per_mm: float, x: float, y: float, *,
+                 switch_mm: float = 5) -> None:
+        self.width, self.steps_per_mm = width, steps_per_mm
+        self.left, self.right = (
+            StringPlant(round(steps_per_mm * sqrt(across**2 + y**2)),
+                        switch=round(steps_per_mm * switch_mm)) for across in (x, width - x))
+        self.torn = False
+
+    @property
+    def limits(self) -> int:
+        """Levels of the end switches."""
+        return self.left.closed | self.right.closed << 1
+
+    @property
+    def pen(self) -> tuple[float, float]:
+        """Where the pen hangs, in mm from the left pulley, y down."""
+        place = hangs(self.left.length / self.steps_per_mm,
+                      self.right.length / self.steps_per_mm, self.width)
+        if place is None:
+            self.torn = True
+            return self.width / 2, 0
+        return place
+
+    def feel(self, rows: Iterable[tuple[int, int, int]]) -> None:
+        """Follow clocks and coil words of the left and right motor."""
+        for clock, left, right in rows:
+            self.left.feel(clock, left)
+            self.right.feel(clock, right)
