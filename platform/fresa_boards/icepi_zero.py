@@ -54,6 +54,12 @@ _ALLOTMENTS = {
     "single": Allotment(
         header={"coils": "GPIO0 GPIO5 GPIO6 GPIO13", "enable": "GPIO19"},
         panel={"buttons": "reset", "leds": "moving fault enable", "rx": "rx", "tx": "tx"}),
+    "vplotter": Allotment(
+        header={"left": "GPIO0 GPIO5 GPIO6 GPIO13", "right": "GPIO25 GPIO8 GPIO7 GPIO1",
+                "limits": "GPIO14 GPIO15", "stop": "GPIO23", "door": "GPIO22",
+                "motor_fault": "GPIO11", "pen": "GPIO2", "servo": "GPIO16", "abort": "GPIO21",
+                "reset": "GPIO20"},
+        panel={"buttons": "hold start", "leds": "moving alarm fault", "rx": "rx", "tx": "tx"}),
 }
 
 BOARDS = (Board(

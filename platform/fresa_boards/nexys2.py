@@ -149,6 +149,11 @@ _ALLOTMENTS = {
         panel={"buttons": "reset", "rx": "rx", "tx": "tx",
                "leds": "coils - moving fault enable", "segments": "segments", "digits": "digits"},
         number="position"),
+    "vplotter": Allotment(
+        header={"left": "JA1 JA2 JA3 JA4", "right": "JA7 JA8 JA9 JA10", "limits": "JC1 JC2",
+                "stop": "JC4", "door": "JC7", "motor_fault": "JC9", "pen": "JB1", "servo": "JB4"},
+        panel={"buttons": "hold start abort reset", "rx": "rx", "tx": "tx",
+               "leds": "moving alarm fault"}),
 }
 
 # Seen from above, the upper row of a socket on the right edge, with pin 1, is the left one.

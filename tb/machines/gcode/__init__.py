@@ -1,22 +1,19 @@
 """`gcode`: three axes that are programmed in G-code, over a serial line."""
 
-import re
 from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
-from pathlib import Path
 from typing import Any
 
 from fresa.arithmetic.line import LEAST_CLOCK
 from fresa.drive.spindle import MAX_PWM
 from fresa.machines.gcode import AXES, AXIS_NAMES, BAUDS, GCode, GCodeSettings
 from fresa.motion import KINEMATICS, MAX_BLOCKS
-from fresa.protocol.stored_program import MAX_PROGRAM
 
 from ...diagram import Diagram
 from ...engines import Engine
+from ...gcode_options import read_number, read_others, read_program, read_startup
 from ...machine import Coverage, Machine, Option, Options, Recorded, Serve, parts
-from ...models.gcode_language import Interpreter, RefusedLine, words
 
 __all__ = ["MACHINE"]
 
@@ -39,92 +36,19 @@ def _explore(engine: Engine) -> None:
     explore(engine)
 
 
-def _number(name: str, text: str) -> Fraction:
-    try:
-        value = Fraction(text)
-    except (ValueError, ZeroDivisionError) as error:
-        raise ValueError(f"{name} must be a number such as 250 or 26.667, not {text!r}") from error
-    if value <= 0:
-        raise ValueError(f"{name} must be above 0, not {text}")
-    return value
-
-
-def _others(text: str) -> tuple[tuple[int, Fraction], ...]:
-    """Return settings by number, of such as ``22=1,130=300``."""
-    found = {}
-    for part in filter(None, text.split(",")):
-        number, equals, value = part.replace("$", "").partition("=")
-        try:
-            found[int(number)] = Fraction(value)
-        except (ValueError, ZeroDivisionError) as error:
-            raise ValueError(f"--settings must be such as 22=1,130=300, not {part!r}") from error
-    return tuple(found.items())
-
-
-def _plain(line: str) -> str:
-    """Return a line without its comments."""
-    return re.sub(r"\([^)]*(?:\)|$)|;.*", "", line)
-
-
-def _program(name: str, dialect: str, *, startup: Sequence[str], probing: bool) -> bytes:
-    """Return the program in a file, without comments, after the model of the language took it.
-
-    Startup lines have come before.
-    """
-    if not name:
-        return b""
-    try:
-        text = Path(name).read_text(encoding="latin-1")  # a comment may have any bytes
-    except OSError as error:
-        raise ValueError(f"--program {name} cannot be read: {error.strerror}") from error
-    language, lines = Interpreter(probing=probing and dialect == "grbl"), []
-    for line in startup:
-        language.line(words(line))
-    for number, line in enumerate(text.splitlines(), 1):
-        kept = _plain(line).strip(" \t")
-        if kept in ("", "%"):
-            continue
-        if bad := re.search(r"[^ -~]", kept.replace("\t", " ")):
-            raise ValueError(f"--program {name}, line {number}: {bad[0]!r} may not be in a line")
-        try:
-            language.line(words(kept, dialect))
-        except RefusedLine as refused:
-            raise ValueError(f"--program {name}, line {number}: the machine would refuse {line!r} "
-                             f"with error:{refused.args[0]}") from refused
-        lines.append(f"{kept}\n")
-    data = "".join(lines).encode()
-    if not 0 < len(data) <= MAX_PROGRAM:
-        raise ValueError(f"--program {name} has {len(data)} bytes without comments: from 1 to "
-                         f"{MAX_PROGRAM} can be stored")
-    return data
-
-
-def _startup(lines: Sequence[str], dialect: str, *, probing: bool) -> tuple[str, ...]:
-    """Return startup lines as the machine would keep them, if it would take them."""
-    language, kept = Interpreter(probing=probing), []
-    for line in lines:
-        kept.append(re.sub(r"[ \t]", "", _plain(line)).upper())
-        try:
-            language.line(words(kept[-1], dialect))
-        except RefusedLine as refused:
-            raise ValueError(f"--startup: the machine would refuse {line!r} with "
-                             f"error:{refused.args[0]}") from refused
-    return tuple(kept) if any(kept) else ()
-
-
 def _real(clock: int, *, steps: Sequence[str], rate: Sequence[str], acceleration: Sequence[str],
           deviation: str, settings: str, program: str, kinematics: str,
           second_motor: str | None, dialect: str, probing: str | None, startup: Sequence[str],
           startup_lines: str | None, **values: int):
-    each = {name: tuple(_number(f"--{name}", text) for text in texts)
+    each = {name: tuple(read_number(f"--{name}", text) for text in texts)
             for name, texts in (("steps", steps), ("rate", rate), ("acceleration", acceleration))}
     probes = probing != "no"
-    first = _startup(startup, dialect, probing=probes)
+    first = read_startup(startup, dialect, probing=probes)
     return {"settings": GCodeSettings(
         clock=clock, steps_per_mm=each["steps"], max_rate=each["rate"],
-        acceleration=each["acceleration"], deviation=_number("--deviation", deviation),
-        others=_others(settings), kinematics=kinematics, second_motor=second_motor,
-        program=_program(program, dialect, startup=first, probing=probes), dialect=dialect,
+        acceleration=each["acceleration"], deviation=read_number("--deviation", deviation),
+        others=read_others(settings), kinematics=kinematics, second_motor=second_motor,
+        program=read_program(program, dialect, startup=first, probing=probes), dialect=dialect,
         probing=probes, startup=first, startup_lines=startup_lines != "no", **values)}
 
 

@@ -1,0 +1,273 @@
+# amaranth: UnusedElaboratable=no
+
+"""`vplotter`: sessions on its line, with a plant that knows two strings and gravity alone."""
+
+import random
+from fractions import Fraction
+from math import hypot
+
+import pytest
+
+from fresa.machines.vplotter import VPlotter, VPlotterSettings
+from tb.boards import component
+from tb.engines import CXXRTLEngine
+from tb.machines.vplotter.scenarios import GREETING, WallSession, from_chord
+from tb.wall_plant import hangs
+
+SETTINGS = VPlotterSettings(
+    clock=2_000_000, baud=125_000, wall_width=60, wall_height=60, least_y=10, rest=(30, 30),
+    string_rate=4000, max_rate=(Fraction(6000), Fraction(6000), Fraction(12_000)),
+    acceleration=(Fraction(2000),) * 3)
+STEP = 1 / 25.4648
+"""A half step of string, in mm."""
+
+compiled = pytest.mark.compiler
+
+
+@pytest.fixture(scope="module")
+def design():
+    return component("vplotter", VPlotter(settings=SETTINGS))
+
+
+@pytest.fixture
+def session(design):
+    with CXXRTLEngine(design) as engine:
+        made = WallSession(engine, SETTINGS, place=(20, 40), switch=20)
+        assert made.take(20_000, GREETING) == GREETING
+        yield made
+        assert engine.get("fault") == 0
+        assert made.plant.left.jumps == made.plant.right.jumps == 0
+        assert not made.plant.torn
+        assert min(made.plant.left.nearest, made.plant.right.nearest) >= SETTINGS.period
+
+
+def home(session: WallSession) -> None:
+    assert session.ask("$H", "ok", 8_000_000) == b"ok\r\n"
+    session.rest()
+    apart(session, SETTINGS.rest)
+
+
+def apart(session: WallSession, place) -> None:
+    """Check that the pen is where it should be, as far as half a step of each string says."""
+    x, y = session.pen
+    assert hypot(x - place[0], y - place[1]) < 2 * STEP, (x, y, place)
+
+
+def command(session: WallSession, text: str, answer: str, within: int = 40_000) -> None:
+    assert session.ask(text, answer, within).decode() == f"{answer}\r\n"
+
+
+def where(session: WallSession) -> tuple[float, float]:
+    """Return where a report says that it is, on the wall as the thesis has it."""
+    report = session.ask("?", ">", 20_000).decode()
+    x, y, _ = map(float, report.split("MPos:")[1].split("|")[0].split(","))
+    return x + SETTINGS.wall_width, SETTINGS.least_y - y
+
+
+class TestThesis:
+    pytestmark = compiled
+
+    def test_session(self, session):
+        for text, answer in (
+                (":S0", "00"), (":P1", "Motors powered."), (":S0", "01"), (":S1", "01"),
+                (":S2", "01"), (":I00100020", "The place is unknown. Home first: :H"),
+                (":H", "Homing motor 1."), (":S0", "03"), (":S1", "0B"), (":S2", "09")):
+            command(session, text, answer)
+        assert session.take(8_000_000, b"2.\r\n") == b"Homing motor 2.\r\n"
+        for text, answer in ((":S0", "03"), (":S1", "0F"), (":S2", "0B"),
+                             (":I00100020", "Busy: wait until it stands.")):
+            command(session, text, answer)
+        assert session.take(8_000_000, b"rest.\r\n") == b"Going to the place of rest.\r\n"
+        command(session, ":S1", "0D")
+        assert session.take(8_000_000, b"yyyy\r\n") == b"Homed. Give a start point: :Ixxxxyyyy\r\n"
+        apart(session, SETTINGS.rest)
+        for text, answer in (
+                (":S0", "05"), (":S1", "05"), (":S2", "05"),
+                (":F00200022", "Give a start point first: :Ixxxxyyyy"),
+                (":I00100020", "Going to the start point."), (":S0", "0D"), (":S2", "0D")):
+            command(session, text, answer)
+        assert session.take(4_000_000, b"\r\n") == (
+            b"At the start point. Give the end point: :Fxxxxyyyy\r\n")
+        apart(session, (10, 20))
+        for text, answer in ((":S0", "15"), (":f00500055", "Drawing."), (":S0", "2D"),
+                             (":S1", "2D")):
+            command(session, text, answer)
+        assert session.take(4_000_000, b"\r\n") == (
+            b"Line drawn. Give a start point: :Ixxxxyyyy\r\n")
+        command(session, ":S0", "05")
+        (line,) = session.path
+        assert from_chord(line, (10, 20), (50, 55)) < 0.1 + STEP
+        assert len(line) > 500
+        apart(session, (50, 55))
+        assert session.ask(":P0", "[MSG:Sleeping]", 40_000).count(
+            b"Motors released: the place is unknown.\r\n") == 1
+        command(session, ":S0", "00")
+        woken = session.ask(":P1", "unlock]", 40_000)
+        assert b"Motors powered.\r\n" in woken and b"Grbl" in woken
+        command(session, ":S0", "01")
+        command(session, ":I00100020", "The place is unknown. Home first: :H")
+
+    @pytest.mark.parametrize(("text", "says"), [
+        (":", "Commands: "), (":Z", "Commands: "), (":P", "Power of"), (":P2", "Power of"),
+        (":P11", "Power of"), (":H1", "Home: "), (":I0010002", "Start point, "),
+        (":I001000200", "Start point, "), (":F0010002x", "End point, "), (":F", "End point, "),
+        (":F-0100020", "End point, "), (":S", "State: "), (":S3", "State: "),
+        (":" + "9" * 300, "Commands: "), (": P1", "Commands: ")])
+    def test_malformed_command_is_answered_with_its_form(self, session, text, says):
+        assert session.ask(text, "never", 60_000 + 200 * len(text)).decode().startswith(says)
+        command(session, ":S0", "00")
+
+    def test_off_the_wall(self, session):
+        home(session)
+        for text in (":I00610030", ":I00300009", ":I00300061", ":I99999999"):
+            command(session, text, "Off the wall: x is 0000 to 0060, y is 0010 to 0060")
+        apart(session, SETTINGS.rest)
+        command(session, ":I00000010", "Going to the start point.")
+        session.take(4_000_000, b"yyyy\r\n")
+        apart(session, (0, 10))
+
+    def test_commands_need_not_wait_for_texts(self, session):
+        home(session)
+        session.send(":I00200020\n")
+        session.take(4_000_000, b"yyyy\r\n")
+        session.send(":F00220020\n:S0\nG4P0\n")
+        said = session.take(2_000_000)
+        assert said.count(b"Line drawn.") == 1 and said.count(b"ok\r\n") <= 1
+        assert b"2D\r\n" in said
+
+    @pytest.mark.parametrize("byte", ["\x85", "!", "\x18"])
+    def test_line_that_is_cancelled_is_not_drawn(self, session, byte):
+        home(session)
+        session.send(":I00200020\n")
+        session.take(4_000_000, b"yyyy\r\n")
+        command(session, ":F00500050", "Drawing.")
+        session.run(300_000)
+        session.send(byte)
+        said = session.take(1_000_000)
+        assert b"Stopped before the end.\r\n" in said and b"drawn" not in said
+        assert session.engine.get("pen") == 0
+        assert from_chord(session.path[0], (20, 20), (50, 50)) < 0.1 + STEP
+        apart(session, where(session))
+        command(session, ":S0", "05")
+
+    def test_draws_from_where_it_said_only(self, session):
+        home(session)
+        session.send(":I00200020\n")
+        session.take(4_000_000, b"yyyy\r\n")
+        assert session.ask("G91G0X1", "ok") == b"ok\r\n"
+        session.rest()
+        command(session, ":F00500050", "Give a start point first: :Ixxxxyyyy")
+
+
+class TestGCode:
+    pytestmark = compiled
+
+    def test_arc_with_the_pen(self, session):
+        home(session)
+        for line in ("G0X30Y10", "M3", "G2X20Y20R10F3000", "M5", "G0Z-1", "G1X40", "G0Z1", "G0X50"):
+            assert session.ask(line, "ok", 4_000_000) == b"ok\r\n"
+        session.rest(4_000_000)
+        arc, line = session.path
+        assert max(abs(hypot(x - 30, 60 - y - 20) - 10) for x, y in arc) < 0.1 + STEP
+        assert from_chord(line, (20, 40), (40, 40)) < 0.1 + STEP
+        assert line[-1][0] == pytest.approx(40, abs=2 * STEP)
+        apart(session, (50, 40))
+
+    @pytest.mark.parametrize("line", ["$20=0", "$22=0", "$100=200", "$101=0.5", "$130=60",
+                                      "$131=9", "$110=6000.001", "$111=9999"])
+    def test_what_follows_from_the_wall_cannot_be_set(self, session, line):
+        assert b"error" in session.ask(line, "never", 40_000)
+        session.ask("$X", "ok")
+        assert session.ask("$110=3000", "ok") == b"ok\r\n"
+
+    def test_soft_limits_are_the_wall(self, session):
+        home(session)
+        for x, y in ((-0.1, 10), (60.1, 10), (10, -0.1), (10, 50.1)):
+            assert b"ALARM:2" in session.ask(f"G1X{x}Y{y}F6000", "never", 60_000)
+            session.ask("\x18$X", "ok")
+            apart(session, SETTINGS.rest)
+
+    def test_straight_lines_all_over_the_wall(self, session):
+        home(session)
+        rng = random.Random(1)
+        place = (30.0, 30.0)
+        worst = 0.0
+        session.send("M3\n")
+        for _ in range(12):
+            to = rng.uniform(0, 60), rng.uniform(20, 60)
+            session.path.clear()
+            session._pen = 0
+            assert session.ask(f"G1X{to[0]:.3f}Y{60 - to[1]:.3f}F6000", "ok").endswith(b"ok\r\n")
+            session.rest(4_000_000)
+            worst = max(worst, from_chord(session.path[0], place, to))
+            place = to
+            apart(session, place)
+        assert worst < 0.1 + STEP
+
+
+class TestHoming:
+    pytestmark = compiled
+
+    @pytest.mark.parametrize(("switch", "alarm"), [(0, b"ALARM:9"), (1 << 30, b"ALARM:8")])
+    def test_switch_that_fails(self, design, switch, alarm):
+        with CXXRTLEngine(design) as engine:
+            session = WallSession(engine, SETTINGS, place=(20, 40), switch=20)
+            session.take(20_000, GREETING)
+            session.plant.left.switch = switch
+            session.plant.left.length += 100_000
+            session.plant.right.length += 100_000
+            said = session.ask(":H", "never", 12_000_000)
+            assert alarm in said and b"Stopped before the end." in said
+            before = session.plant.left.steps + session.plant.right.steps
+            assert session.ask("\x18$X", "ok").endswith(b"ok\r\n")
+            session.take(100_000)
+            assert session.plant.left.steps + session.plant.right.steps == before
+            assert where(session) == pytest.approx(SETTINGS.rest, abs=0.01)
+            command(session, ":S0", "01")
+
+    def test_stays_slack(self, session):
+        """While a string is wound the other one is never too short for the way between."""
+        session.send("$H\n")
+        while session.engine.get("alarm") or session.engine.clock < 60_000:
+            session.run(2000)
+            plant = session.plant
+            assert hangs((plant.left.length - plant.left.switch) * STEP,
+                         (plant.right.length - plant.right.switch) * STEP,
+                         SETTINGS.wall_width - 3 * STEP)
+            if b"ok" in session.texts:
+                break
+
+    def test_stop_keeps_the_place(self, session):
+        home(session)
+        session.send("G1X50Y40F6000\n")
+        session.run(600_000)
+        session.engine.set(stop=1)
+        session.run(100)
+        before = session.plant.left.steps + session.plant.right.steps
+        session.run(100_000)
+        assert session.plant.left.steps + session.plant.right.steps == before
+        session.engine.set(stop=0)
+        session.ask("\x18$X", "ok")
+        session.ask("$J=G91X0.1F600", "ok")
+        session.rest()
+        apart(session, where(session))
+
+
+class TestSettings:
+    @pytest.mark.parametrize(("changes", "says"), [
+        ({"wall_width": 5}, "wall_width in mm must be"), ({"least_y": 60}, "least_y in mm must be"),
+        ({"rest": (30, 5)}, "y of the place of rest"), ({"rest": (61, 30)}, "x of the place"),
+        ({"string_steps": Fraction(4000)}, "ticks from a pulley"),
+        ({"string_rate": 10**6}, "string_rate must be"),
+        ({"others": ((20, Fraction(0)),)}, r"\$20 follows from the wall"),
+        ({"others": ((100, Fraction(9)),)}, r"\$100 follows from the wall")])
+    def test_refused(self, changes, says):
+        with pytest.raises(ValueError, match=says):
+            VPlotterSettings(**{"wall_width": 60, "wall_height": 60, "least_y": 10,
+                                "rest": (30, 30), **changes})
+
+    def test_of_the_thesis(self):
+        settings = VPlotterSettings()
+        assert settings.steps_per_mm[0] == Fraction("203.718")
+        assert settings.ticks(1768) == 360_173
+        assert settings.line_baud == 9600
