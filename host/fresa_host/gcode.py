@@ -60,8 +60,12 @@ class GCode(SerialMachine[GCodeSession]):
     def __init__(self, port: str | os.PathLike[str] | Port, *, baud: int = BAUD,
                  timeout: float = 5.0) -> None:
         port = Port(port, baud) if isinstance(port, (str, os.PathLike)) else port
-        session = GCodeSession(name=port.name, baud=port.baud, timeout=timeout)
+        session = self._new_session(port, timeout)
         super().__init__(port, session, session.open())
+
+    @classmethod
+    def _new_session(cls, port: Port, timeout: float) -> GCodeSession:
+        return GCodeSession(name=port.name, baud=port.baud, timeout=timeout)
 
     def _stop_somehow(self) -> None:
         with suppress(MachineError):

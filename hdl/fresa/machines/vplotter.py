@@ -320,7 +320,7 @@ class VPlotter(GCode):
                 homing.moved[side].eq(motor.moved), homing.behind[side].eq(motor.behind),
                 coils.eq(motor.coils),
             ]
-            made.append(~motor.behind)
+            made.append(~(motor.behind & follows))
         m.d.comb += motion.made.eq(Cat(made).all())
 
         z = Signal(signed(PLACE_BITS))

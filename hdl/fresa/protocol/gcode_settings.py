@@ -255,7 +255,8 @@ class GCodeSettingStore(wiring.Component):
         layout = data.StructLayout({"number": 8, "decimal": 1, "least": 1, "most": SETTING_BITS,
                                     "initial": SETTING_BITS})
         m.submodules.known = known = memory.Memory(shape=layout, depth=len(SETTINGS), init=[
-            {"number": each.number, "decimal": each.decimal, "least": each.least,
+            {"number": each.number, "decimal": each.decimal,
+             "least": each.least or self.bounds.get(each.number) == 0,
              "most": self.bounds.get(each.number, each.most), "initial": value}
             for each, value in zip(_settings(second_motor=self.second_motor), self.values,
                                    strict=True)])

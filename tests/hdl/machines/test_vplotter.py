@@ -192,7 +192,7 @@ class TestGCode:
         rng = random.Random(1)
         place = (30.0, 30.0)
         worst = 0.0
-        session.send("M3\n")
+        assert session.ask("M3", "ok") == b"ok\r\n"
         for _ in range(12):
             to = rng.uniform(0, 60), rng.uniform(20, 60)
             session.path.clear()
