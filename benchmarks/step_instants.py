@@ -69,7 +69,7 @@ class Instants:
         By how many clocks the tick of each step is later than its own ideal instant.
     parts : array of float
         The same as a part of the time of a step of its axis at the nominal speed of its block; of
-        half a turn where an arc makes it, as a step takes no less.
+        two half turns where an arc makes it, as a step takes no less.
     rate : float
         The highest rate of the machine, in steps/s.
     fastest : float
@@ -305,11 +305,11 @@ def instants(made: Random) -> Instants:
 
 
 def _step_clocks(block: Motion, channel: int, unit: np.longdouble) -> float:
-    """Return the clocks of a step, or half a turn, of a channel at the nominal speed."""
+    """Return the clocks of a step, or two half turns, of a channel at the nominal speed."""
     segment = block.segment
     whole = float(unit * (1 << segment.log2_ticks) / np.sqrt(np.longdouble(block.profile.nominal)))
     if segment.arc and channel < 2:
-        return whole / segment.turns
+        return 2 * whole / segment.turns
     return whole * 256 / abs(segment.increment[channel])
 
 

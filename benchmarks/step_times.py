@@ -42,7 +42,7 @@ junctions are random, at 1 to 450 000 steps/s, at 40 to 3 200 steps/mm; it takes
 there. After the half clock in which the first phase begins.
 
 Exit status 1 if a tick of a step is more than eight clocks, which is twice the time of a tick at
-full speed, from its instant, and by more than two millionths of the time of such a step at the
+full speed, from its instant, and by more than five millionths of the time of such a step at the
 nominal speed of its block. Slow blocks of a few steps have ticks of many clocks, and the granule in
 which the nominal speed is reached goes on at its mean to the end of a tick. From block to block
 what they are off adds up.
@@ -60,7 +60,7 @@ examples:
 MOST_APART = 8
 """Clocks from its ideal instant in which the tick of a step comes."""
 
-MOST_PART = 2e-6
+MOST_PART = 5e-6
 """Part of the time of a step at the nominal speed, in which it comes where that is more."""
 
 PERCENT = (50, 99, 99.9)

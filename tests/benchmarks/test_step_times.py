@@ -20,12 +20,12 @@ def run(kind: str, seed: str) -> Instants:
     return instants(program(kind, random.Random(seed)))
 
 
-def test_where_ticks_are_long_a_step_is_within_two_millionths_of_its_time():
+def test_where_ticks_are_long_a_step_is_within_millionths_of_its_time():
     found = run(*SLOW)
     assert found.fastest < 4 and len(found.ticks) == 4
     figure = step_summary([found])
     assert figure["apart"] == (abs(found.ticks) > MOST_APART).sum() == 3 and is_right(figure)
-    assert figure["apart_part"] == abs(found.parts).max() < MOST_PART / 2
+    assert figure["apart_part"] == abs(found.parts).max() < 1e-6 < MOST_PART
     assert "3 beyond 8 clocks by 0.95 millionths of a step at most" in step_line(figure)
 
 
@@ -37,7 +37,7 @@ def test_a_part_is_of_a_step_at_the_nominal_speed():
     assert (clocks <= found.seconds * 50_000_000).all()
 
 
-@pytest.mark.parametrize(("of", "late"), [(SLOW, 3), (FAST, 9)])
+@pytest.mark.parametrize(("of", "late"), [(SLOW, 6), (FAST, 9)])
 def test_steps_that_are_later_are_not_right(of, late):
     found = run(*of)
     assert is_right(step_summary([found]))
