@@ -31,6 +31,10 @@ __all__ = ["Reached", "cover_lines", "cover_states", "with_state_machine"]
 UNUSED = "unused codes"
 
 
+FURTHER = 12
+"""Clocks beyond those of its contract, in which a state or a transition is still sought."""
+
+
 @dataclass(frozen=True)
 class Reached:
     """A state or a transition, and the first clock in which it is reached.
@@ -75,7 +79,8 @@ def cover_states(name: str, contracts: Sequence[Component], folder: Path,
     """Search for inputs that lead to every state and transition of a component.
 
     Any contract of the same gateware will do: what one assumes of its inputs may exclude a
-    transition that is there for the others.
+    transition that is there for the others. What is left of all is sought once more, `FURTHER`
+    clocks further, and without what contracts restrict their own covers to.
 
     Parameters
     ----------
@@ -89,18 +94,19 @@ def cover_states(name: str, contracts: Sequence[Component], folder: Path,
         Held during elaboration.
     """
     wanted: list[Reached] = []
-    for upset in (False, True):
+    for further in (False, True):
         for component, case in ((each, case) for each in contracts for case in each.cases
-                                if case.upset == upset and not case.real):
+                                if not case.real):
+            left = {_label(point) for point in wanted
+                    if point.upset == case.upset and point.clock is None}
+            if wanted and not left:
+                continue
             with lock:
-                contract, covers = _covers(name, component, case)
-            wanted = wanted or list(covers)
-            left = [point for point in wanted if point.upset == upset and point.clock is None]
-            if not left:
-                break
-            clocks = reach(contract, folder, component.depth, upset=upset)
-            wanted = [replace(point, clock=clocks.get(_label(point))) if point in left else point
-                      for point in wanted]
+                contract, covers = _covers(name, component, case, left, restricts=not further)
+            wanted = wanted or covers
+            clocks = reach(contract, folder, component.depth + FURTHER * further, upset=case.upset)
+            wanted = [point if point.clock is not None else
+                      replace(point, clock=clocks.get(_label(point))) for point in wanted]
     return wanted
 
 
@@ -134,13 +140,18 @@ def _transitions(statements, register: Signal, codes) -> Iterator[Transition]:
             yield codes, statement.rhs.value
 
 
-def _covers(name: str, component: Component, case: Case) -> tuple[Contract, list[Reached]]:
-    """Make a case without properties that covers the FSM; return it and its points."""
+def _covers(name: str, component: Component, case: Case, left: Collection[str], *,
+            restricts: bool) -> tuple[Contract, list[Reached]]:
+    """Make a case without properties that covers the FSM; return it and its points.
+
+    Points that are not `left`, by their labels, are not covered; all are if there is none.
+    """
     machine = _machine(component, case)
     assert machine is not None
     points: list[Reached] = []
 
     def describe(c: Contract, dut) -> None:
+        c.restricts = restricts
         component.describe(c, dut)  # for its assumptions
         register = c.signal(str(machine[0].name))
         state = State(register)
@@ -154,7 +165,7 @@ def _covers(name: str, component: Component, case: Case) -> tuple[Contract, list
         def cover(kind: str, what: str, upset: bool, when) -> None:
             point = Reached(name, kind, what, upset)
             points.append(point)
-            if upset == case.upset:
+            if upset == case.upset and (not left or _label(point) in left):
                 c.m.d.comb += Cover(when, f"{_label(point)}?")
 
         unused = max(names) + 1 < 1 << len(register)

@@ -138,6 +138,8 @@ class Contract:
     parts : bool
         State the contracts of parts as well, even where their own proofs are enough: then a mutant
         inside a part is found as in the part by itself.
+    restricts : bool
+        Covers are restricted as the contract has it.
     fragment : Fragment
         The component, elaborated.
     upset : bool
@@ -148,6 +150,7 @@ class Contract:
     """
 
     parts = False
+    restricts = True
 
     def __init__(self, dut: wiring.Component, describe: Callable, *, upset: bool = False,
                  only: Collection[str] | None = None, broken: bool = False) -> None:
@@ -267,7 +270,7 @@ class Contract:
 
     def restrict_covers(self, condition: Bits) -> None:
         """Restrict covers, and nothing else, to clocks in which this holds, to find them sooner."""
-        if not self._root:
+        if self.restricts and not self._root:
             self.m.d.comb += Assume(condition, "restrict-covers")
 
     def past(self, value: Bits, *, init: int = 0) -> Any:

@@ -9,7 +9,7 @@ import pytest
 
 from tests.senders.machine import HOME, Machine, until
 
-__all__ = ["END", "JOB", "Jogs", "Overrides", "Probes", "Sender", "Session"]
+__all__ = ["END", "INCH", "JOB", "Jogs", "Overrides", "Probes", "Sender", "Session"]
 
 #: More blocks than fit into the queue, so that a sender has to wait for answers.
 JOB = ["(A pocket, and a zigzag)", "G21 G90 G94 G17", "M3 S500", "G0 X-10 Y-10", "G1 Z-2.5 F600",
@@ -17,6 +17,7 @@ JOB = ["(A pocket, and a zigzag)", "G21 G90 G94 G17", "M3 S500", "G0 X-10 Y-10",
        *(f"X{-4.5 - number % 2 / 2}Y{-5 - number / 20}" for number in range(90)),
        "M5", "G0 Z-1", "G0 X-3 Y-4", "M2"]
 END = (-3, -4, -1)
+INCH = 25.4
 ANSWERED = 75
 """Answers after which the queue has been full, and lines wait in the sender."""
 
@@ -50,6 +51,10 @@ class Sender(ABC):
     @abstractmethod
     def position(self) -> tuple[float, ...]:
         """Return where it shows the machine, in the machine's coordinates."""
+
+    @abstractmethod
+    def send(self, line: str) -> None:
+        """Send a line that its user has typed."""
 
     @abstractmethod
     def home(self) -> None:
@@ -140,6 +145,27 @@ class Session:
         sender.connect()
         sender.check()
         self._run(sender, machine)
+
+    def test_inches(self, ready, sender, machine):
+        """With $13=1 the same job ends at the same place, which it shows as it is reported."""
+        inches = pytest.approx([each / INCH for each in END], abs=1e-4)
+        self._report(sender, machine, inches=True)
+        try:
+            begun = self._begin(sender, machine)
+            sender.wait()
+            assert machine.refused(begun) == []
+            place = machine.wait_to_be("Idle").position
+            assert place == inches
+            machine.wait(lambda: sender.position() == place, "the position in the sender")
+        finally:
+            self._report(sender, machine, inches=False)
+        machine.wait(lambda: machine.reports[-1].position == sender.position() == END, "mm")
+
+    def _report(self, sender: Sender, machine: Machine, *, inches: bool) -> None:
+        """Let reports be in inches, or not."""
+        begun = len(machine.received)
+        sender.send(f"$13={int(inches)}")
+        machine.wait_for("ok", begun)
 
     def _begin(self, sender: Sender, machine: Machine) -> int:
         """Start the job, and wait until it is in its middle; return the number of the next line."""

@@ -70,6 +70,9 @@ class BCNC(Sender):
         state = self._state()
         return tuple(state[f"m{axis}"] for axis in "xyz")
 
+    def send(self, line: str) -> None:
+        self._command(line)  # it evaluates what is in brackets
+
     def home(self) -> None:
         begun = len(self._machine.received)
         self._command("HOME")
@@ -102,10 +105,6 @@ class BCNC(Sender):
     def jog(self, words: str) -> None:
         """Jog by a distance, as its arrows do."""
         self._command(f"$J=G91 {words} F100000")
-
-    def send(self, line: str) -> None:
-        """Send a line, in which it evaluates what is in brackets."""
-        self._command(line)
 
     def override(self, feed: int, rapid: int, spindle: int) -> None:
         """Set what its scales set."""

@@ -10,11 +10,12 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from urllib.request import Request, urlopen
 
+import numpy as np
 import pytest
 
 from tests.senders.machine import Machine, until
 from tests.senders.program import program
-from tests.senders.session import Jogs, Overrides, Sender
+from tests.senders.session import INCH, Jogs, Overrides, Sender
 
 CLIENT = Path(__file__).with_name("cncjs_client.js")
 
@@ -55,13 +56,16 @@ class Cncjs(Sender):
     def check(self) -> None:
         until(lambda: self._last("controller:settings")["settings"].get("$223") == "500", "$$")
         until(lambda: self._last("controller:state")["parserstate"].get("modal"), "$G")
-        assert self._last("controller:settings")["settings"]["$100"] == "80.000"
+        assert self.setting("$100") == "80.000"
         modal = self._last("controller:state")["parserstate"]["modal"]
         assert (modal["wcs"], modal["plane"], modal["units"]) == ("G54", "G17", "G21")
 
     def position(self) -> tuple[float, ...]:
         place = self._last("controller:state")["status"]["mpos"]
         return tuple(float(place[axis]) for axis in "xyz")
+
+    def send(self, line: str) -> None:
+        self._command("gcode", line)
 
     def home(self) -> None:
         begun = len(self._lines)
@@ -98,9 +102,13 @@ class Cncjs(Sender):
         self._wait_for("workflow:state", begun, "idle")
         self._wait_for("serialport:read", begun, "Grbl")
 
+    def setting(self, name: str) -> str:
+        """Return a setting, as its page has it."""
+        return self._last("controller:settings")["settings"][name]
+
     def jog(self, words: str) -> None:
         """Jog by a distance."""
-        self._command("gcode", f"$J=G91 {words} F600")
+        self.send(f"$J=G91 {words} F600")
 
     def stop_jog(self) -> None:
         """End a jog."""
@@ -182,15 +190,30 @@ class TestCncjs(Jogs, Overrides):
 
     def test_probing(self, ready, sender, machine):
         """It probes a grid by itself, to level what is milled."""
-        begun, machine.surface = len(machine.received), -12
+        self._level(sender, machine)
+
+    def test_probing_in_inches(self, ready, sender, machine):
+        """Of reports in inches it computes the same grid, and depths in mm, as its page does."""
+        self._report(sender, machine, inches=True)
+        try:
+            until(lambda: sender.setting("$13") == "1", "$13")
+            self._level(sender, machine, INCH)
+        finally:
+            self._report(sender, machine, inches=False)
+            until(lambda: sender.setting("$13") == "0", "$13")
+
+    def _level(self, sender, machine, unit: float = 1) -> None:
+        """Probe a grid; a unit of reports is so many mm."""
+        begun, machine.surface = len(machine.received), -12 / unit
         sender.probe_grid([-30, -10], 20, clearance=-2, end=-30)
         found = machine.wait_for(r"\[PRB:.*:1\]", begun, times=4)
         lines = [line for line in machine.received[begun:found] if line.startswith("[PRB")]
-        depths = [float(line.split(",")[2].partition(":")[0]) for line in lines]
+        depths = [unit * float(line.split(",")[2].partition(":")[0]) for line in lines]
         grid = [(-30, -30), (-10, -30), (-30, -10), (-10, -10)]
-        assert sender.leveled() == [(*place, depth)
-                                    for place, depth in zip(grid, depths, strict=True)]
-        assert all(-30 < depth <= machine.surface for depth in depths)
-        machine.wait(lambda: machine.reports[-1].position[2] == -2, "the way up")
+        wanted = [(*place, depth) for place, depth in zip(grid, depths, strict=True)]
+        assert np.allclose(sender.leveled(), wanted, rtol=0, atol=1e-9)
+        assert all(-30 < depth <= -12 for depth in depths)
+        machine.wait(lambda: machine.reports[-1].position[2] * unit == pytest.approx(
+            -2, abs=unit * 1e-4), "the way up")
         machine.surface = -math.inf
         assert machine.refused(begun) == []

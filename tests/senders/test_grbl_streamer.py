@@ -39,6 +39,9 @@ class GrblStreamer(Sender):
     def position(self) -> tuple[float, ...]:
         return self.streamer.cmpos
 
+    def send(self, line: str) -> None:
+        self.streamer.send_immediately(line)
+
     def home(self) -> None:
         begun = len(self._machine.received)
         self.streamer.homing()

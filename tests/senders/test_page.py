@@ -11,7 +11,7 @@ TRIED = {"pygrbl-streamer": test_pygrbl_streamer.TestPygrblStreamer,
          "grbl-streamer": test_grbl_streamer.TestGrblStreamer,
          "cncjs": test_cncjs.TestCncjs, "bCNC": test_bcnc.TestBCNC}
 COLUMNS = ["connect", "home", "stream", "hold and resume", "reset", "reconnect", "jog", "overrides",
-           "probing"]
+           "probing", "inches"]
 INSTALLED = {"PyPI": ("pyproject.toml", '"{}=={}"'), "npm": (".ci/run", "{}@{}")}
 """What installs the version that the page names, and how it is written there."""
 

@@ -37,6 +37,9 @@ class PygrblStreamer(Sender):
         _, place, *_ = self._streamer.last_status["raw"].split("|")
         return tuple(map(float, place.removeprefix("MPos:").split(",")))
 
+    def send(self, line: str) -> None:
+        assert self._streamer.command(line)
+
     def home(self) -> None:
         homed = self._pool.submit(self._streamer.home, LIMIT_S, wait_idle=True)
         self._machine.wait(homed.done, "home")

@@ -74,6 +74,18 @@ class TestStates:
             ("transition", "unused codes -> FAULT"): (True, True)}
 
     @pytest.mark.prover
+    @pytest.mark.parametrize("depth", [1, 6])
+    def test_finds_what_a_contract_keeps_its_own_covers_from(self, tmp_path, depth):
+        def restricted(c, dut):
+            describe(c, dut)
+            c.restrict_covers(~dut.go)
+
+        lamp = replace(LAMP, describe=restricted, depth=depth)
+        points = coverage.cover_states("lamp", [lamp], tmp_path, threading.Lock())
+        assert [point.name for point in points if point.clock is None] == ["GREEN -> RED"]
+        assert next(point.clock for point in points if point.name == "RED -> GREEN") == 1
+
+    @pytest.mark.prover
     def test_every_state_and_transition_is_reached(self, monkeypatch, tmp_path, capsys):
         """Of two components; all are a part of the record."""
         monkeypatch.setattr("tools.coverage.with_state_machine", lambda: {

@@ -517,6 +517,33 @@ def test_settings_are_listed_changed_and_kept(session):
     assert session.state()[1] == [4, 0, 0]  # the motors are where they were
 
 
+@pytest.mark.parametrize("number", range(3))
+def test_rates_and_accelerations_have_bounds(session, number):
+    assert session.send(f"$10{number}=1\n") == ["ok"]
+    for setting, most, beyond in ((f"$11{number}", "128849.018", "128849.019"),
+                                  (f"$12{number}", "17179.869", "17179.870")):
+        assert session.send(f"{setting}=0\n{setting}={beyond}\n") == ["error:4", "error:38"]
+        assert session.send(f"{setting}={most}\n") == ["ok"]
+        assert f"{setting}={most}" in _listed(session, "$$\n")
+
+
+@pytest.mark.parametrize(("line", "rate", "axes"), [
+    ("G0X150", 64424, 1), ("G0X150Y150", 45555, 2)])
+def test_the_fastest_path_takes_its_time(session, line, rate, axes):
+    """Just below 2**30 nm/s along the path, and with the most acceleration of a path."""
+    for text in ("$100=1", "$101=1", f"$110={rate}", f"$111={rate}", "$120=17179.869",
+                 "$121=17179.869", "G91"):
+        assert session.send(f"{text}\n") == ["ok"]
+    session.path.clear()
+    session.send(f"{line}\n")
+    assert session.position[0] == 150
+    speed, acceleration = rate / 60, 17179.869 / math.sqrt(axes)  # of an axis
+    seconds = (session.path[-1][0] - session.path[0][0]) / SETTINGS.clock
+    # From the first step to the last, each of which is half a step from where it rests
+    wanted = speed / acceleration + 150 / speed - 2 * math.sqrt(1 / acceleration)
+    assert seconds == pytest.approx(wanted, abs=2e-3)
+
+
 @pytest.mark.parametrize(("line", "end"), [
     ("G1X0.00005F0.1", 7), ("G0X0.00004", 5), ("G2X0.00002I0.00001F1", 3),
     ("G3X0.000001I0.000001F0.001", 0), *(pytest.param(*slow, marks=pytest.mark.long) for slow in [

@@ -120,6 +120,21 @@ class TestSpeedProfile:
               percents=[100, 4, 60, 1, 30]).run(1200)
 
 
+    @pytest.mark.xfail(strict=True, reason="a root of half the highest speed or more is added as "
+                       "a negative number")
+    @pytest.mark.parametrize("energy", [40, 92])
+    def test_reaches_the_highest_speed(self, energy):
+        top = 2**SPEED - 1
+        block = Block(energy, int(2.7 * top * 2**FRACTION), top**2, 7)
+        Bench([(block, 0)], lambda clock: 0).run(1500)
+
+    @pytest.mark.parametrize("energy", [5, 11])
+    def test_reaches_half_the_highest_speed(self, energy):
+        top = 2**(SPEED - 1) - 1
+        block = Block(energy, int(2.7 * top * 2**FRACTION), top**2, 7)
+        Bench([(block, 0)], lambda clock: 0).run(1500)
+
+
 class TestModel:
     def test_granules_at_one_speed_may_be_one(self):
         path = Path1D(length=2_000_000 * 256, acceleration=4 * 10**9, speed=200_000_000)

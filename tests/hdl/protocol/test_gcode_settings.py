@@ -10,6 +10,7 @@ from fresa.protocol import SETTINGS, GCodeFlags, GCodeSettingStore, setting_inde
 from fresa.protocol.gcode_settings import DriveSettings, SpindleRange
 from tb.boards import component
 from tb.engines import AmaranthEngine
+from tests.tools.process import ROOT
 
 
 def test_settings_are_in_order_and_their_defaults_fit():
@@ -17,6 +18,18 @@ def test_settings_are_in_order_and_their_defaults_fit():
     assert numbers == sorted(set(numbers))
     assert setting_values({}) == [each.default for each in SETTINGS]
     assert [setting_index(each) for each in numbers] == [*range(len(SETTINGS))]
+
+
+@pytest.mark.parametrize("axis", range(3))
+def test_rates_and_accelerations_have_a_place_in_the_planner(axis):
+    """In nm/s and nm/s² they are below 2**31 and 2**34, and a thousandth more would not be."""
+    rate, acceleration = (SETTINGS[setting_index(first + axis)] for first in (110, 120))
+    assert rate.most * 1000 // 60 < 1 << 31 <= (rate.most + 1) * 1000 // 60
+    assert acceleration.most * 1000 < 1 << 34 <= (acceleration.most + 1) * 1000
+    page = (ROOT / "docs" / "gcode.md").read_text(encoding="utf-8")
+    for each in rate, acceleration:
+        assert each.least == 1
+        assert f" {each.most / 1000:.3f} mm/" in page
 
 
 @pytest.mark.parametrize(("values", "says"), [

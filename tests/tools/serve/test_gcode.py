@@ -3,6 +3,7 @@
 """Whole sessions with the gateware of `gcode`."""
 
 import argparse
+import re
 import threading
 import time
 from collections.abc import Iterator
@@ -10,7 +11,7 @@ from collections.abc import Iterator
 import pytest
 
 from fresa_host import BlockRefused, GCode, JobStopped
-from tests.tools.process import PATIENCE, running
+from tests.tools.process import PATIENCE, ROOT, running
 from tools.console import UserError
 from tools.serve import build, servable
 
@@ -45,6 +46,13 @@ def machine(gcode) -> Iterator[GCode]:
 def test_inputs_that_can_be_typed_are_inputs_of_the_machine():
     served = servable()["gcode"]
     assert {*served.how.contacts} < {*served.design(2_457_600, 9600).inputs}
+
+
+def test_its_line_is_as_fast_as_that_of_grbl():
+    """No slower than the page says: how long a job takes may depend on its line."""
+    page = (ROOT / "docs" / "gcode.md").read_text(encoding="utf-8")
+    assert servable()["gcode"].how.baud == 115_200
+    assert re.findall(r"^(\d+) baud, 8N1", page, re.M) == ["115200"]
 
 
 def test_without_the_fast_engine_it_says_what_to_install():
