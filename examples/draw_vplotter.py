@@ -42,6 +42,7 @@ def main() -> None:
             plotter.draw_line(start, end)
             print(f"\r{number} of {len(lines)} lines", end="", file=sys.stderr, flush=True)
         print(file=sys.stderr)
+        print(f"{len(lines)} lines drawn")
 
 
 if __name__ == "__main__":

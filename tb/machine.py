@@ -115,6 +115,9 @@ class Serve:
         names, such as ``Y2+``.
     contacts : sequence of str
         Further inputs of one bit that a person switches, such as that of a door.
+    plant : callable, optional
+        Makes what its motors move, of the arguments of `Machine.make`: with outputs that move it,
+        and levels of inputs.
     baud : int
         Bits a second on its line.
     least_clock : int
@@ -127,6 +130,7 @@ class Serve:
     switches: Callable[..., Sequence[str]] | None = None
     further_switches: Callable[..., Mapping[str, str]] | None = None
     contacts: Sequence[str] = ()
+    plant: Callable[..., Any] | None = None
     baud: int = BAUD
     least_clock: int = 0
 

@@ -90,7 +90,9 @@ class WallPlant:
     x, y : float
         Where the pen hangs at first, in mm from the left pulley, y down.
     switch_mm : float
-        A string that is shorter closes its switch.
+        A string that is shorter closes its switch. There its length is 0.
+    period : int
+        Least clocks from a step to the next.
 
     Attributes
     ----------
@@ -101,12 +103,15 @@ class WallPlant:
     """
 
     def __init__(self, width: float, steps_per_mm: float, x: float, y: float, *,
-                 switch_mm: float = 5) -> None:
-        self.width, self.steps_per_mm = width, steps_per_mm
+                 switch_mm: float = 5, period: int = 1) -> None:
+        self.width, self.steps_per_mm, self.period = width, steps_per_mm, period
         self.left, self.right = (
-            StringPlant(round(steps_per_mm * sqrt(across**2 + y**2)),
+            StringPlant(round(steps_per_mm * (sqrt(across**2 + y**2) + switch_mm)),
                         switch=round(steps_per_mm * switch_mm)) for across in (x, width - x))
         self.torn = False
+
+    outputs = "left", "right"
+    """Outputs of a machine that move it: coil words."""
 
     @property
     def limits(self) -> int:
@@ -114,10 +119,22 @@ class WallPlant:
         return self.left.closed | self.right.closed << 1
 
     @property
+    def levels(self) -> dict[str, int]:
+        """Inputs of a machine, by their names."""
+        return {"limits": self.limits}
+
+    @property
+    def free(self) -> int:
+        """Clocks in which no switch closes or opens."""
+        return self.period * max(1, min(abs(each.length - each.switch)
+                                        for each in (self.left, self.right)) - 1)
+
+    @property
     def pen(self) -> tuple[float, float]:
         """Where the pen hangs, in mm from the left pulley, y down."""
-        place = hangs(self.left.length / self.steps_per_mm,
-                      self.right.length / self.steps_per_mm, self.width)
+        left, right = ((each.length - each.switch) / self.steps_per_mm
+                       for each in (self.left, self.right))
+        place = hangs(left, right, self.width)
         if place is None:
             self.torn = True
             return self.width / 2, 0

@@ -5,7 +5,7 @@
 import argparse
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, cast
 
 from tb.design import Design
 from tb.engines import AmaranthEngine, Engine, EngineError, build_with_fallback, why_slow
@@ -14,6 +14,7 @@ from tb.machines import machines
 
 from ..console import FIRST_TIME, Progress, UserError, warn
 from ..machines.options import add_options, values_of
+from .planted import Plant, PlantedEngine
 
 __all__ = ["Served", "build", "servable"]
 
@@ -71,6 +72,12 @@ class Served:
             return self.how.design(clock, **values)
         return self.machine.design(**self.machine.real(clock, **values))
 
+    def plant(self, clock: int) -> Plant | None:
+        """Make what the machine moves, for a clock in Hz."""
+        if self.how.plant is None:
+            return None
+        return self.how.plant(**self.machine.real(clock, **self.values))
+
     @property
     def _options(self) -> list[Option]:
         return [option for option in self.machine.options if option.serve]
@@ -120,4 +127,6 @@ def _make(served: Served, kind: type[Engine]) -> tuple[Engine, int]:
                           "compiler: pip install -e '.[fast]'")
     engine = kind(served.design(bit * baud, baud), stretches=True)
     engine.set(**served.how.levels)
+    if plant := served.plant(bit * baud):
+        return cast(Engine, PlantedEngine(engine, plant)), bit
     return engine, bit

@@ -6,7 +6,7 @@ from typing import Any
 
 from fresa.arithmetic.line import LEAST_CLOCK
 from fresa.machines.vplotter import VPlotter, VPlotterSettings
-from fresa.motion import MAX_BLOCKS
+from fresa.motion import MAX_BLOCKS, TICKS_LOG2
 from fresa.protocol import MAX_MM
 
 from ...diagram import Diagram
@@ -59,6 +59,17 @@ def _figures(clock: int, made: Options, **values: Any):
         f"by {settings.wall_height}, up to {fastest:g} mm/min; {settings.depth} blocks of "
         "look-ahead")
 
+
+def _plant(*, settings: VPlotterSettings):
+    """Return what hangs there, at the place of rest at first."""
+    from ...wall_plant import WallPlant
+
+    return WallPlant(settings.wall_width, float(settings.steps_per_mm[0]) / 2**TICKS_LOG2,
+                     *settings.rest, switch_mm=SWITCH_MM, period=settings.period)
+
+
+SWITCH_MM = 5
+"""Millimetres of string in which an end switch is on."""
 
 OPTIONS = (
     Option("baud", "bits a second of the serial line (default: %(default)s)", DEFAULT.baud,
@@ -116,7 +127,7 @@ MACHINE = Machine(
                           "it takes block RAMs, of which Yosys has no model"),
     options=OPTIONS, real=_real, figures=_figures,
     serve=Serve("a hanging plotter; commands such as  :H  or  :I05000500  and Return, or G-code",
-                switches=lambda **options: ("left", "right"),
+                switches=lambda **options: ("L-", "R-"), plant=_plant,
                 contacts=("stop", "door", "hold", "start", "abort", "motor_fault"),
                 baud=9600, least_clock=LEAST_CLOCK),
     diagrams=DIAGRAMS,

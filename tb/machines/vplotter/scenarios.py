@@ -18,8 +18,6 @@ START, END = (8, 7), (10, 8)
 class WallSession:
     """The machine on an engine, with a plant: two strings, their end switches, and gravity.
 
-    A string has the length 0 where its switch opens.
-
     Attributes
     ----------
     plant : WallPlant
@@ -36,9 +34,8 @@ class WallSession:
         self.engine, self.settings = engine, settings
         self._decoder = Decoder(settings.bit)
         per_mm = float(settings.steps_per_mm[0]) / 8
-        self.plant = WallPlant(settings.wall_width, per_mm, *place, switch_mm=switch / per_mm)
-        for string in (self.plant.left, self.plant.right):
-            string.length += string.switch
+        self.plant = WallPlant(settings.wall_width, per_mm, *place, switch_mm=switch / per_mm,
+                               period=settings.period)
         self.path: list[list[tuple[float, float]]] = []
         self.texts = b""
         self._pen = 0
@@ -46,24 +43,15 @@ class WallSession:
 
     @property
     def pen(self) -> tuple[float, float]:
-        """Where the pen hangs, by the lengths of the strings from their switches on."""
-        plant = self.plant
-        for string in (plant.left, plant.right):
-            string.length -= string.switch
-        try:
-            return plant.pen
-        finally:
-            for string in (plant.left, plant.right):
-                string.length += string.switch
+        """Where the pen hangs."""
+        return self.plant.pen
 
     def run(self, clocks: int) -> None:
         """Let time pass; a switch is felt in the time of a step."""
         end = self.engine.clock + clocks
         while self.engine.clock < end:
             self.engine.set(limits=self.plant.limits)
-            far = max(1, min(abs(each.length - each.switch) for each in (
-                self.plant.left, self.plant.right)) - 1)  # no step is sooner than a period
-            seen = self.engine.run(min(far * self.settings.period, end - self.engine.clock),
+            seen = self.engine.run(min(self.plant.free, end - self.engine.clock),
                                    ("tx", "left", "right", "pen"))
             for clock, tx, left, right, pen in zip(
                     seen.clock.tolist(), *(each.tolist() for each in seen.values.values()),
