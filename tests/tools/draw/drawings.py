@@ -5,8 +5,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from tools.draw.curves import Polyline
-
 __all__ = ["INKSCAPE", "distances", "svg", "write"]
 
 INKSCAPE = 'xmlns:inkscape="http://www.inkscape.org/namespaces/inkscape"'
@@ -25,7 +23,7 @@ def write(folder: Path, body: str, attributes: str = 'width="100" height="100"')
     return path
 
 
-def distances(points: Polyline, line: Polyline) -> NDArray:
+def distances(points: NDArray, line: NDArray) -> NDArray:
     """Return how far each point is from a polyline."""
     found = np.full(len(points), np.inf)
     for a, b in zip(line, line[1:], strict=False):
