@@ -12,13 +12,14 @@ from fresa_boards.flow import installed
 from tb.contracts import proof
 from tb.engines import ENGINES
 from tests.tb import linuxcnc
+from tools.draw.order import vpype_missing
 
 # How long a test takes says nothing on a machine that others use as well.
 settings.register_profile("any machine", deadline=None,
                           suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("any machine")
 
-ASKED_FOR = ("proof", "long", "senders")
+ASKED_FOR = ("proof", "long", "senders", "drawings")
 """Marks of tests that run only if ``-m`` names them: they take long."""
 
 
@@ -33,7 +34,7 @@ def place_and_route_missing() -> str | None:
 
 NO_COMPILER = ENGINES["cxxrtl"].missing()
 MISSING = {"compiler": NO_COMPILER, "prover": proof.missing(), "place": place_and_route_missing(),
-           "linuxcnc": linuxcnc.MISSING,
+           "linuxcnc": linuxcnc.MISSING, "vpype": vpype_missing(),
            **{name: ENGINES[name].missing() for name in ("icarus", "verilator", "ghdl")}}
 """What to install before tests with a mark can run, or None."""
 

@@ -18,8 +18,9 @@ ROOMS = {  # what each may import beside the standard library and itself
     "platform/fresa_boards": {"amaranth", "amaranth_boards", "fresa"},
     "host/fresa_host": {"serial"},
     "tb": {"amaranth", "numpy", "platformdirs", "vcd", "fresa", "fresa_boards"},
-    "tools": {"aiohttp", "amaranth", "numpy", "PIL", "platformdirs", "pywellen", "tqdm", "vcd",
-              "fresa", "fresa_boards", "fresa_host", "tb"},
+    "tools": {"aiohttp", "amaranth", "click", "cssselect2", "defusedxml", "numpy", "PIL",
+              "platformdirs", "pywellen", "svgelements", "tinycss2", "tqdm", "vcd", "vpype",
+              "vpype_cli", "fresa", "fresa_boards", "fresa_host", "tb"},
     "launcher": {"tools"},
 }
 
@@ -46,7 +47,7 @@ LAYERS = {  # rooms of a package, from the bottom: each may import those of its 
                   "vhdl",
         "pictures and waveforms, boards at USB": "image load wave",
         "what uses these": "diagrams send simulate",
-        "what is built of them": "board build gcode machines serve",
+        "what is built of them": "board build draw gcode machines serve",
         "the panel, which serves its machine": "panel",
         "the list": "__main__",
     },
