@@ -28,11 +28,11 @@ LAYERS = {  # rooms of a package, from the bottom: each may import those of its 
     "tb": {
         "what runs": "design mistake models rtlil yosys",
         "what runs it": "engines",
-        "what is at its pins": "pins plant uart waves",
+        "what is at its pins": "pins plant uart wall_plant waves",
         "what is proved, and compared with VHDL": "contracts vhdl",
         "boards, benches and stimulus, in general": "bench boards compare diagram stimulus",
         "what a machine declares, and the kits that check it":
-            "faults fuzz machine netlist runners scoreboard",
+            "faults fuzz gcode_options machine netlist runners scoreboard",
         "machines, each declared once": "machines",
         "what they declare, by name": "registry",
         "benches of them all, and a whole job of the mill": "benches milling",

@@ -29,7 +29,7 @@ from tools.diagrams import DOCS, diagrams, draw_part, file_of
 
 BENCHES = benches()
 LONG = {"block-motion", "g-code-planner", "gcode", "gcode-thesis", "positioner", "serial-orders",
-        "single", "square"}
+        "single", "square", "vplotter"}
 """Those that take long: whole sessions on a serial line, or every clock compared with a model."""
 
 STUCK = {
@@ -118,7 +118,8 @@ def test_every_component_and_machine_has_a_bench():
     assert list(found) == ["components", "machine", "board"]
     # The mill's station is what the benches of its board run.
     # A machine is named by its folder, and one of its dialects has a bench of its own.
-    assert {"gcode" if name == "g-code" else name for name in names - {"mill-station"}} == {
+    folders = {"g-code": "gcode", "v-plotter": "vplotter"}
+    assert {folders.get(name, name) for name in names - {"mill-station"}} == {
         bench.name for group in ("components", "machine") for bench in found[group]
     } - {"gcode-thesis"}
 

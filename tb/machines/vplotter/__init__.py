@@ -112,9 +112,8 @@ SHORT = VPlotterSettings(
 DIAGRAMS = (
     Diagram(
         "vplotter",
-        "The command `:F` of the thesis: its line is there, the pen touches, and the strings begin "
-        "to move.",
-        "line: rx tx outputs: pen moving left right", 0, 20_000),
+        "A line of G-code is there, the pen touches, and the strings begin to move.",
+        "line: rx tx outputs: pen moving left right", 36_000, 48_000),
 )
 
 MACHINE = Machine(
