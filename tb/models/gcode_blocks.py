@@ -114,6 +114,13 @@ class ProgramModel:
         self._place = self._planner.places(self.language.position)
         self._outputs_last = False
 
+    def begin(self, position: Sequence[int]) -> None:
+        """Let it be at another place at power-up, in nm, that is one of whole steps."""
+        for axis, place in enumerate(position):
+            self.language.set_position(axis, place)
+        self._planner.position = tuple(position)
+        self._place = self._planner.places(position)
+
     def line(self, text: str) -> tuple[str, list[Motion | Event]]:
         """Return the answer to a line, and its blocks.
 
