@@ -1,4 +1,4 @@
-"""What the models of `vplotter` say of a few programs: each half step of its motors, in its clock."""
+"""What the models of `vplotter` say of a few programs: each half step, in its clock."""
 
 import random
 from collections.abc import Iterator
