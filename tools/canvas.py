@@ -83,16 +83,24 @@ def draw_axes(canvas: Canvas, box: Box, across: tuple[float, float], up: tuple[f
     canvas.text(left, top - 12, beside, size=SMALL)
 
 
-def draw_legend(canvas: Canvas, box: Box, most: float, unit: str) -> None:
-    """Draw the scale of the colours, from 0 to `most`."""
+def draw_legend(canvas: Canvas, box: Box, most: float, unit: str, *, least: float = 0) -> None:
+    """Draw the scale of the colours, from 0 to `most`; from another `least` on by logarithms."""
     left, top, right, bottom = box
     for y in range(top, bottom):
         canvas.box((left, y, right, y + 1), colour_of((bottom - y) / (bottom - top)))
-    for tick in _ticks(0, most, 6):
-        y = bottom - (bottom - top) * tick / max(most, 1e-9)
+    for tick in _decades(least, most) if least else _ticks(0, most, 6):
+        part = log10(tick / least) / log10(most / least) if least else tick / max(most, 1e-9)
+        y = bottom - (bottom - top) * part
         canvas.line([(right, y), (right + 5, y)], CUT)
         canvas.text(right + 9, y, f"{tick:g}", size=SMALL)
     canvas.text(left - 4, top - 14, unit, size=SMALL)
+
+
+def _decades(low: float, high: float) -> list[float]:
+    """Return 1, 2, 5, 10, ... and their tenth parts, from low to high."""
+    numbers = (digit * 10.0**power for power in range(floor(log10(low)), ceil(log10(high)) + 1)
+               for digit in (1, 2, 5))
+    return [each for each in numbers if low * 0.999 <= each <= high * 1.001]
 
 
 def _ticks(low: float, high: float, most: int) -> list[float]:
