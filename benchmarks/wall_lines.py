@@ -59,7 +59,7 @@ pictures beside it are drawn anew.
 EPILOG = """\
 examples:
   python -m benchmarks.wall_lines
-      Ten thousand lines: some two minutes on two cores.
+      Ten thousand lines: some three minutes on two cores.
   python -m benchmarks.wall_lines --lines 500 --picture map.png --compare bowed.png
 """
 
