@@ -41,8 +41,8 @@ LAYERS = {  # rooms of a package, from the bottom: each may import those of its 
     },
     "tools": {
         "what commands share": "console",
-        "parts of commands": "bitstream campaign cut_picture job keyboard picture processes "
-                             "raster record_page synthesis throttle web",
+        "parts of commands": "bitstream campaign canvas cut_picture job keyboard picture "
+                             "processes raster record_page synthesis throttle web",
         "checks": "bench cosim coverage faults fingerprints fuzz mutate netlist prove record "
                   "vhdl",
         "pictures and waveforms, boards at USB": "image load wave",

@@ -43,7 +43,7 @@ def line_steps(start: int, increment: int, log2_ticks: int) -> NDArray:
     """
     whole = abs(start + increment >> 8)
     numbers = np.arange(1, whole + 1)
-    if log2_ticks + 35 > 62:
+    if (abs(increment) + 256).bit_length() + log2_ticks > 62:
         numbers = numbers.astype(object)
     if increment > 0:  # first k with start * S + k * increment >= number * 256 * S
         return -(-(((numbers << 8) - start) << log2_ticks) // increment)

@@ -1,23 +1,20 @@
 """The picture of a job: its path coloured by speed, and speed and acceleration over time."""
 
 from collections.abc import Callable, Sequence
-from math import ceil, floor, log10
+from math import floor
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image, ImageDraw, ImageFont
+from PIL import Image
 
-from ..picture import CUT, PAPER
+from ..canvas import SCALE, TEXT, WIDTH, Box, Canvas, colour_of, draw_axes, draw_legend
 from .job import Job, Motion
 
 __all__ = ["PATH", "draw_job"]
 
-GRID, FRAME, ASKED, PATH = (226, 226, 226), (120, 120, 120), (20, 20, 20), (31, 119, 180)
-COLOURS = ((43, 31, 115), (35, 115, 190), (30, 165, 135), (150, 200, 60), (250, 200, 50),
-           (225, 80, 40))
-"""From standing to the highest speed."""
+ASKED, PATH = (20, 20, 20), (31, 119, 180)
 
-WIDTH, MARGIN, TEXT, TITLE = 1200, 28, 15, 20
+MARGIN, TITLE = 28, 20
 LEFT, LEGEND, PLOT, GAP, CAPTION = 96, 120, 150, 56, 20
 """Room for numbers on the left, for the legend on the right; height of a plot, room below it, and
 below the caption of the path."""
@@ -27,42 +24,6 @@ HIGHEST, LOWEST = 840, 320
 
 LEAST_MM = 0.1, 0.001
 """Extent of X and Y that is drawn where these move less."""
-
-SCALE = 2
-"""Drawn so many times as large, and reduced: edges are smooth then."""
-
-Box = tuple[int, int, int, int]
-"""Left, top, right and bottom, in pixels."""
-
-
-class _Canvas:
-    """What is drawn on: all numbers are in pixels of the picture."""
-
-    def __init__(self, height: int) -> None:
-        self.image = Image.new("RGB", (WIDTH * SCALE, height * SCALE), PAPER)
-        self._draw = ImageDraw.Draw(self.image)
-
-    def text(self, x: float, y: float, text: str, *, anchor: str = "lm", size: int = TEXT,
-             colour: tuple[int, int, int] = CUT) -> None:
-        self._draw.text((x * SCALE, y * SCALE), text, colour,
-                        ImageFont.load_default(size * SCALE), anchor=anchor)
-
-    def line(self, points: Sequence[tuple[float, float]], colour: tuple[int, int, int],
-             width: float = 1) -> None:
-        self._draw.line([(x * SCALE, y * SCALE) for x, y in points], colour,
-                        max(1, round(width * SCALE)), joint="curve")
-
-    def dot(self, x: float, y: float, colour: tuple[int, int, int], radius: float) -> None:
-        self._draw.ellipse(((x - radius) * SCALE, (y - radius) * SCALE, (x + radius) * SCALE,
-                            (y + radius) * SCALE), colour)
-
-    def box(self, box: Box, fill: tuple[int, int, int] | None = None,
-            outline: tuple[int, int, int] | None = None) -> None:
-        left, top, right, bottom = (each * SCALE for each in box)
-        self._draw.rectangle((left, top, right, bottom), fill, outline, SCALE)
-
-    def done(self) -> Image.Image:
-        return self.image.reduce(SCALE)
 
 
 def draw_job(job: Job, motion: Motion, title: str, facts: Sequence[str]) -> Image.Image:
@@ -94,7 +55,7 @@ def draw_job(job: Job, motion: Motion, title: str, facts: Sequence[str]) -> Imag
         plots.append(("Z, mm", motion.place[:, 2]))
     top = MARGIN + TITLE + len(facts) * (TEXT + 6) + 30
     bottom = top + height + GAP + CAPTION
-    canvas = _Canvas(bottom + len(plots) * (PLOT + GAP) + MARGIN // 2)
+    canvas = Canvas(bottom + len(plots) * (PLOT + GAP) + MARGIN // 2)
     canvas.text(MARGIN, MARGIN + TITLE // 2, title, size=TITLE)
     for number, text in enumerate(facts):
         canvas.text(MARGIN, MARGIN + TITLE + 16 + number * (TEXT + 6), text)
@@ -109,12 +70,12 @@ def draw_job(job: Job, motion: Motion, title: str, facts: Sequence[str]) -> Imag
 
     fastest = float(motion.speed.max())
     half = np.array([room, height]) / (2 * scale)
-    _axes(canvas, box, (middle[0] - half[0], middle[0] + half[0]),
-          (middle[1] - half[1], middle[1] + half[1]), "X, mm", "Y, mm")
+    draw_axes(canvas, box, (middle[0] - half[0], middle[0] + half[0]),
+              (middle[1] - half[1], middle[1] + half[1]), "X, mm", "Y, mm")
     canvas.text(LEFT, box[3] + 29, "wide, coloured: what the pins did; thin: what was asked for, "
                 "dashed where by G0", size=13)
     _path(canvas, job, motion, placed, fastest)
-    _legend(canvas, (right + 24, top, right + 42, top + height), fastest * 60)
+    draw_legend(canvas, (right + 24, top, right + 42, top + height), fastest * 60, "mm/min")
     for label, values in plots:
         box = (LEFT, bottom, right, bottom + PLOT)
         _plot(canvas, box, label, motion.time, values)
@@ -129,7 +90,7 @@ def _bounds(job: Job, motion: Motion) -> tuple[NDArray, NDArray]:
     return np.min(points, axis=0), np.max(points, axis=0)
 
 
-def _path(canvas: _Canvas, job: Job, motion: Motion, placed: Callable[[NDArray], NDArray],
+def _path(canvas: Canvas, job: Job, motion: Motion, placed: Callable[[NDArray], NDArray],
           fastest: float) -> None:
     """Draw what was made, in colours, and over it in thin lines what was asked for."""
     per_mm = job.per_mm
@@ -141,8 +102,8 @@ def _path(canvas: _Canvas, job: Job, motion: Motion, placed: Callable[[NDArray],
     points = [(x, y) for x, y in where[kept].tolist()]
     speeds = motion.speed[kept] / max(fastest, 1e-9)
     for before, (x, y), speed in zip(points, points[1:], speeds[1:].tolist(), strict=False):
-        canvas.line([before, (x, y)], _colour(speed), 5)
-        canvas.dot(x, y, _colour(speed), 2.5)
+        canvas.line([before, (x, y)], colour_of(speed), 5)
+        canvas.dot(x, y, colour_of(speed), 2.5)
     for segment in job.segments:
         chords = placed(np.array(segment.points(0.01)))
         line = [(x, y) for x, y in chords.tolist()]
@@ -152,7 +113,7 @@ def _path(canvas: _Canvas, job: Job, motion: Motion, placed: Callable[[NDArray],
             canvas.line(line, ASKED, 0.5)
 
 
-def _dashes(canvas: _Canvas, line: Sequence[tuple[float, float]], dash: float = 5) -> None:
+def _dashes(canvas: Canvas, line: Sequence[tuple[float, float]], dash: float = 5) -> None:
     (x, y), (u, v) = line
     count = floor(max(abs(u - x), abs(v - y)) / dash)
     for n in range(0, count, 2):
@@ -161,25 +122,13 @@ def _dashes(canvas: _Canvas, line: Sequence[tuple[float, float]], dash: float = 
                     ASKED, 0.5)
 
 
-def _legend(canvas: _Canvas, box: Box, fastest: float) -> None:
-    """Draw the scale of the colours."""
-    left, top, right, bottom = box
-    for y in range(top, bottom):
-        canvas.box((left, y, right, y + 1), _colour((bottom - y) / (bottom - top)))
-    for tick in _ticks(0, fastest, 6):
-        y = bottom - (bottom - top) * tick / max(fastest, 1e-9)
-        canvas.line([(right, y), (right + 5, y)], CUT)
-        canvas.text(right + 9, y, f"{tick:g}", size=13)
-    canvas.text(left - 4, top - 14, "mm/min", size=13)
-
-
-def _plot(canvas: _Canvas, box: Box, label: str, time: NDArray, values: NDArray) -> None:
+def _plot(canvas: Canvas, box: Box, label: str, time: NDArray, values: NDArray) -> None:
     """Draw values over time: of those that share a column of pixels, the lowest and highest."""
     left, top, right, bottom = box
     low, high = min(0.0, float(values.min())), max(0.0, float(values.max()))
     spare = (high - low or 1) * 0.06
     low, high = low - spare * (low < 0), high + spare
-    _axes(canvas, box, (0, float(time[-1])), (low, high), "time, s", label)
+    draw_axes(canvas, box, (0, float(time[-1])), (low, high), "time, s", label)
     columns = np.floor(np.arange(len(values)) / len(values) * (right - left)).astype(int)
     starts = np.flatnonzero(np.concatenate([[True], np.diff(columns) > 0]))
     least, most = np.minimum.reduceat(values, starts), np.maximum.reduceat(values, starts)
@@ -190,38 +139,3 @@ def _plot(canvas: _Canvas, box: Box, label: str, time: NDArray, values: NDArray)
         points += [(left + column, bottom - (each - low) / (high - low) * (bottom - top))
                    for each in (first, a, b, end)]
     canvas.line(points, PATH, 1)
-
-
-def _axes(canvas: _Canvas, box: Box, across: tuple[float, float], up: tuple[float, float],
-          below: str, beside: str) -> None:
-    """Draw a grid with numbers, and what they are."""
-    left, top, right, bottom = box
-    for tick in _ticks(*across, max(2, (right - left) // 90)):
-        x = left + (right - left) * (tick - across[0]) / (across[1] - across[0])
-        canvas.line([(x, top), (x, bottom)], GRID)
-        canvas.text(x, bottom + 12, f"{tick:g}", anchor="mm", size=13)
-    for tick in _ticks(*up, max(2, (bottom - top) // 30)):
-        y = bottom - (bottom - top) * (tick - up[0]) / (up[1] - up[0])
-        canvas.line([(left, y), (right, y)], GRID)
-        canvas.text(left - 8, y, f"{tick:g}", anchor="rm", size=13)
-    canvas.box(box, outline=FRAME)
-    canvas.text(right, bottom + 29, below, anchor="rm", size=13)
-    canvas.text(left, top - 12, beside, size=13)
-
-
-def _ticks(low: float, high: float, most: int) -> list[float]:
-    """Return round numbers from low to high, up to about so many."""
-    rough = max((high - low) / most, 1e-9)
-    unit = 10.0 ** floor(log10(rough))
-    step = next(unit * each for each in (1, 2, 5, 10) if unit * each >= rough * 0.999)
-    first = ceil(low / step - 1e-9)
-    return [round(n * step, 9) + 0.0 for n in range(first, floor(high / step + 1e-9) + 1)]
-
-
-def _colour(part: float) -> tuple[int, int, int]:
-    """Return the colour of a speed, as a part of the highest."""
-    place = min(max(part, 0.0), 1.0) * (len(COLOURS) - 1)
-    n = min(int(place), len(COLOURS) - 2)
-    r, g, b = (round(a + (b - a) * (place - n))
-               for a, b in zip(COLOURS[n], COLOURS[n + 1], strict=True))
-    return r, g, b

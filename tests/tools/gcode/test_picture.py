@@ -3,7 +3,8 @@
 import numpy as np
 
 from tests.tools.gcode.jobs import job, moves
-from tools.gcode.picture import COLOURS, GAP, PLOT, draw_job
+from tools.canvas import COLOURS
+from tools.gcode.picture import GAP, PLOT, draw_job
 
 MOVES = (0, 4, 100, 0.1), (1, 2, 25, 0)
 LINES = "G1 X4 F1000", "Y2"
