@@ -131,6 +131,8 @@ MACHINE = Machine(
                 baud=9600, least_clock=LEAST_CLOCK),
     diagrams=DIAGRAMS,
     coverage=Coverage(100_000, 85, 55, _explore, named=True),
-    recorded=Recorded(faults={"resets": (10_000, 1000), "flips": (4000, 300)},
+    recorded=Recorded(benchmarks={"lines": ("benchmarks.wall_lines",
+                                            "benchmarks.wall_lines --lines 300 --motors 10")},
+                      faults={"resets": (10_000, 1000), "flips": (4000, 300)},
                       unmutated="Its parts are mutated one by one."),
     **parts(__name__, "modelled", "scenarios"))
