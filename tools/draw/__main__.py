@@ -91,11 +91,10 @@ def main(argv: list[str] | None = None) -> int:
         drawing = read_drawing(args.file)
     if notes := drawing.notes():
         warn(f"not as it looks: {notes}")
-    with Progress(1000, "thousandths", "sorting lines") as progress:
-        planned = plan(
-            drawing, wall, pens=args.pens, tolerance=args.tolerance, width=args.width,
-            scale=1.0 if args.own_size else None, at=args.at, effort=args.effort,
-            vpype=_uses_vpype(args.sort), progress=progress.advance)
+    planned = plan(
+        drawing, wall, pens=args.pens, tolerance=args.tolerance, width=args.width,
+        scale=1.0 if args.own_size else None, at=args.at, effort=args.effort,
+        vpype=_uses_vpype(args.sort), progress=Progress)
     speeds = Speeds(args.feed, args.rapid, args.acceleration, dwell=args.dwell)
     facts = {"file": str(args.file), **planned.facts(speeds)}
     lines = report(facts)

@@ -6,13 +6,13 @@ drawn once, lines that touch are drawn as one, and any may be drawn from its oth
 
 import itertools
 from collections.abc import Callable, Iterable, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from .curves import Polyline
 
-__all__ = ["PAIRS_A_SECOND", "Ordered", "deduplicated", "merged", "nearest", "ordered",
+__all__ = ["Ordered", "Silent", "deduplicated", "merged", "nearest", "ordered",
            "simplified", "travel", "turned", "two_opt", "vpype_missing"]
 
 PAIRS_A_SECOND = 20_000_000
@@ -45,8 +45,24 @@ class Ordered(NamedTuple):
     by: str
 
 
+class Silent:
+    """Shows nothing: what `console.Progress` is where a terminal looks on."""
+
+    def __init__(self, total: int, unit: str, label: str) -> None:
+        pass
+
+    def __enter__(self) -> "Silent":
+        return self
+
+    def __exit__(self, *exception) -> None:
+        pass
+
+    def advance(self, amount: int = 1) -> None:
+        """Take no notice."""
+
+
 def ordered(lines: Sequence[Polyline], tolerance: float, rest: complex, *, effort: float = 10.0,
-            vpype: bool | None = None, progress: Callable[[int], None] = lambda done: None
+            vpype: bool | None = None, progress: Callable[[int, str, str], Any] = Silent
             ) -> Ordered:
     """Merge, simplify and sort lines, from a place of rest back to it.
 
@@ -62,8 +78,8 @@ def ordered(lines: Sequence[Polyline], tolerance: float, rest: complex, *, effor
         About how many seconds two-opt may take.
     vpype : bool, optional
         Whether vpype merges and sorts, before two-opt. If it is installed, if not given.
-    progress : callable
-        Called with the pairs of lines compared since the last call.
+    progress : class
+        Shows how each step goes on: `console.Progress`, say.
     """
     uses_vpype = vpype_missing() is None if vpype is None else vpype
     before = travel(lines, rest)
@@ -71,13 +87,18 @@ def ordered(lines: Sequence[Polyline], tolerance: float, rest: complex, *, effor
     if uses_vpype:
         from .by_vpype import merge_and_sort
 
-        found = merge_and_sort(once, tolerance)
+        with progress(1, "pens", "merging and sorting by vpype"):
+            found = merge_and_sort(once, tolerance)
     else:
-        joined = [simplified(line, tolerance) for line in merged(once, tolerance)]
-        found = nearest(joined, rest)
+        with progress(1, "pens", "merging"):
+            joined = [simplified(line, tolerance) for line in merged(once, tolerance)]
+        with progress(len(joined), "lines", "sorting") as shown:
+            found = nearest(joined, rest, shown.advance)
     if travel(found, rest) > travel(once, rest):
         found = once
-    found = turned(two_opt(found, rest, round(effort * PAIRS_A_SECOND), progress), rest)
+    pairs = round(effort * PAIRS_A_SECOND)
+    with progress(pairs, "pairs at most", "shortening the travel") as shown:
+        found = turned(two_opt(found, rest, pairs, shown.advance), rest)
     return Ordered(found, before, travel(found, rest), len(lines) - len(once),
                    "vpype and two-opt" if uses_vpype else "nearest neighbour and two-opt")
 
@@ -196,7 +217,8 @@ def _joined(chain: Sequence[Polyline]) -> Polyline:
     return points if len(chain) == 1 else points[~same]
 
 
-def nearest(lines: Sequence[Polyline], start: complex) -> list[Polyline]:
+def nearest(lines: Sequence[Polyline], start: complex,
+            progress: Callable[[int], None] = lambda done: None) -> list[Polyline]:
     """Return lines so that after each the one with the nearest end is next, in either direction."""
     ends = np.array([[line[0] for line in lines], [line[-1] for line in lines]]).T.ravel()
     found, at = [], start
@@ -207,6 +229,7 @@ def nearest(lines: Sequence[Polyline], start: complex) -> list[Polyline]:
         found.append(line)
         ends[2 * number:2 * number + 2] = np.inf
         at = complex(line[-1])
+        progress(1)
     return found
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..console import UserError
 from .curves import Polyline
-from .order import PAIRS_A_SECOND, Ordered, ordered
+from .order import Ordered, Silent, ordered
 from .svg import Drawing
 from .timing import Speeds, seconds
 from .wall import Part, Placement, Wall, flatten, place
@@ -82,7 +82,7 @@ def pens_of(drawing: Drawing, pens: str | None) -> str:
 def plan(drawing: Drawing, wall: Wall, *, pens: str | None = None, tolerance: float = 0.1,
          width: float | None = None, scale: float | None = None, at: complex | None = None,
          effort: float = 10.0, vpype: bool | None = None,
-         progress: Callable[[int], None] = lambda done: None) -> Plan:
+         progress: Callable[[int, str, str], Any] = Silent) -> Plan:
     """Bring a drawing onto the wall, and sort its lines.
 
     Half of the tolerance is for chords of curves, and half for points that are left out.
@@ -99,10 +99,8 @@ def plan(drawing: Drawing, wall: Wall, *, pens: str | None = None, tolerance: fl
         How far a line on the wall may be from the curve, in mm.
     width, scale, at : optional
         As of `place`.
-    effort, vpype : optional
+    effort, vpype, progress : optional
         As of `ordered`.
-    progress : callable
-        Called with the thousandths of the sorting that are done since the last call.
 
     Raises
     ------
@@ -115,30 +113,9 @@ def plan(drawing: Drawing, wall: Wall, *, pens: str | None = None, tolerance: fl
     if sum(len(line) for part in flat for line in part.lines) > MOST_POINTS:
         raise UserError(f"the drawing has more than {MOST_POINTS} points: allow a larger "
                         "--tolerance, or split it")
-    share = _Share(len(flat) * effort * PAIRS_A_SECOND, progress)
-    for number, part in enumerate(flat, 1):
+    for part in flat:
         order = ordered(part.lines, tolerance / 2, wall.resting, effort=effort, vpype=vpype,
-                        progress=share.advance)
-        share.reach(number / len(flat))
+                        progress=progress)
         orders.append(order)
         parts.append(part._replace(lines=order.lines))
     return Plan(parts, wall, placement, orders)
-
-
-class _Share:
-    """Makes thousandths of all of what is done."""
-
-    def __init__(self, total: float, progress: Callable[[int], None]) -> None:
-        self._total, self._progress = max(total, 1.0), progress
-        self._done, self._shown = 0.0, 0
-
-    def advance(self, amount: float) -> None:
-        """Add an amount of all."""
-        self.reach(self._done + amount / self._total)
-
-    def reach(self, done: float) -> None:
-        """Be at a part of all, up to 1."""
-        self._done = done
-        if (share := round(1000 * done)) > self._shown:
-            self._progress(share - self._shown)
-            self._shown = share

@@ -46,7 +46,7 @@ def fake(monkeypatch) -> FakeGCode:
     monkeypatch.setattr(gcode_session, "POLL_S", 0.01)
     monkeypatch.setattr(send, "POLL_S", 0.005)
     fake: Any = FakeGCode()
-    monkeypatch.setattr("fresa_host.GCode", lambda port, baud: GCode(fake, timeout=1))
+    monkeypatch.setattr("fresa_host.GCode", lambda port, baud: GCode(fake, timeout=60))
     return fake
 
 
@@ -55,7 +55,7 @@ def run(path, *arguments: str) -> int:
 
 
 def wait_for(happened) -> None:
-    end = time.monotonic() + 20
+    end = time.monotonic() + 120
     while not happened():
         assert time.monotonic() < end
         time.sleep(0.002)
