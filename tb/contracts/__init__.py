@@ -32,6 +32,7 @@ from .gcode_reporter import GCODE_REPORTER
 from .gcode_settings import GCODE_SETTINGS
 from .glitch import CONTACT_FILTER, GLITCH
 from .guard import GUARD
+from .hanging import HANGING
 from .hex_digits import HEX_READER, HEX_WRITER
 from .kinematics import CORE_XY
 from .limits import LIMITS
@@ -68,7 +69,9 @@ from .step_dir_pair import STEP_DIR_PAIR
 from .step_ratio import STEP_RATIO
 from .stored_lines import STORED_LINES
 from .stored_program import STORED_PROGRAM
+from .string_homing import STRING_HOMING
 from .string_length import STRING_LENGTH
+from .string_motor import STRING_MOTOR
 from .text import TEXT
 from .thesis import THESIS
 from .uart_receiver import UART_RECEIVER
@@ -88,6 +91,7 @@ GENERAL = {
     "step_dir": STEP_DIR,
     "step_dir_pair": STEP_DIR_PAIR,
     "pending": PENDING,
+    "string_motor": STRING_MOTOR,
     "rate": RATE,
     "position": POSITION,
     "ramp": RAMP,
@@ -99,6 +103,7 @@ GENERAL = {
     "backlash_compensator": BACKLASH_COMPENSATOR,
     "core_xy": CORE_XY,
     "string_length": STRING_LENGTH,
+    "hanging": HANGING,
     "limits": LIMITS,
     "axis": AXIS,
     "plan": PLAN,
@@ -123,6 +128,7 @@ GENERAL = {
     "block_loader": BLOCK_LOADER,
     "overrides": OVERRIDES,
     "gcode_homing": GCODE_HOMING,
+    "string_homing": STRING_HOMING,
     "gcode_probing": GCODE_PROBING,
     "gcode_control": GCODE_CONTROL,
     "order_ledger": ORDER_LEDGER,

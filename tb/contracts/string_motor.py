@@ -1,4 +1,4 @@
-"""Contract of the motor of a string: what it counts is what it made, and it makes what is wanted."""
+"""Contract of the motor of a string: it counts what it makes, and makes what is wanted."""
 
 from amaranth import Array, Mux
 

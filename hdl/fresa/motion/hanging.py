@@ -44,7 +44,8 @@ class Hanging(wiring.Component):
     busy : Out(1)
         A tick waits, or the lengths are not those of where the point is.
     fault : Out(1)
-        More ticks were to wait than there is room for, and are lost. Stays until reset.
+        More ticks were to wait than there is room for, and are lost. Stays until reset, ``begin``
+        or ``drop``.
 
     Raises
     ------

@@ -212,7 +212,7 @@ class WallDialect(wiring.Component):
     def _take_lines(self, m: Module, w: "_Work") -> Value:
         """Pass lines of G-code on, and begin what commands say."""
         lines, items = self.lines, self.items
-        letter, digits = Signal(7), Signal(range(16))
+        letter, digits = Signal(8), Signal(range(16))
         wrong, damaged = Signal(), Signal()
         byte = lines.p.byte
         digit = (byte >= ord("0")) & (byte <= ord("9"))
@@ -258,7 +258,7 @@ class WallDialect(wiring.Component):
                         with m.If((digits >> 2) == number):
                             m.d.sync += each.eq(((each << 2) + each << 1) + byte[:4])
             with m.State("ACT"):
-                with m.If(~w.replies):
+                with m.If(~w.replies & ~self.renewed):
                     m.next = "LINE"
                     self._act(m, w, letter, digits, wrong, damaged)
                     with m.If(self.wake):
