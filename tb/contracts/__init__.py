@@ -78,6 +78,7 @@ from .uart_receiver import UART_RECEIVER
 from .uart_transmitter import UART_TRANSMITTER
 from .unit_converter import UNIT_CONVERTER
 from .walk import WALK
+from .wall_dialect import WALL_DIALECT
 from .words import WORDS
 
 __all__ = ["GENERAL", "Component"]
@@ -159,6 +160,7 @@ GENERAL = {
     "stored_program": STORED_PROGRAM,
     "text": TEXT,
     "thesis": THESIS,
+    "wall_dialect": WALL_DIALECT,
     "gcode_coordinates": GCODE_COORDINATES,
     "unit_converter": UNIT_CONVERTER,
     "gcode_interpreter": GCODE_INTERPRETER,

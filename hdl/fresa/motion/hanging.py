@@ -72,7 +72,8 @@ class Hanging(wiring.Component):
         m = Module()
         left, right = self.strings
         m.submodules.left, m.submodules.right = left, right
-        works, waits, faults = Signal(), [], []
+        works = Signal()
+        waits, faults = [], []
         m.d.comb += works.eq(left.busy | right.busy)
         for way, name in enumerate(("across", "up")):
             pending = PendingSteps()
