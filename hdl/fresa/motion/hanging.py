@@ -59,6 +59,7 @@ class Hanging(wiring.Component):
     def __init__(self, *, width: int, first_across: int, first_below: int, bits: int = 19) -> None:
         self.width = in_range("width in ticks", width, 1, (1 << bits) - 1)
         in_range("first_across", first_across, 0, width)
+        in_range("first_below", first_below, 0, (1 << bits) - 1)
         self.strings = [
             StringLength(bits=bits, first_across=place, first_below=first_below)
             for place in (first_across, width - first_across)]
