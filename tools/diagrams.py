@@ -314,6 +314,30 @@ DIAGRAMS = (
         "inputs: tick away place: across below length outputs: step longer busy", 0, 60,
         radix=("across=dec", "below=dec", "length=dec")),
     Diagram(
+        "string-motor",
+        "Two steps on request, `zero`, and then a length that is followed: a step every 3 clocks "
+        "as long as the string has not that length.",
+        "inputs: length follow step longer zero enable outputs: moved behind made coils", 0, 40,
+        radix=("length=dec", "made=dec")),
+    Diagram(
+        "hanging",
+        "Ticks to the right, each taken back and given again in adjacent clocks: both strings take "
+        "one when neither works on another.",
+        "inputs: step direction place: across below lengths_0 lengths_1 outputs: busy", 0, 60,
+        radix=("across=dec", "below=dec", "lengths_0=dec", "lengths_1=dec")),
+    Diagram(
+        "string-homing",
+        "The left string is wound, and the right one paid out, until the switch of the left one "
+        "closes; then that is paid out slowly until it opens, and is 0.",
+        "inputs: allowed switches moved outputs: stage step longer zero", 0, 70),
+    Diagram(
+        "wall-dialect",
+        "A line of G-code passes. Of a command nothing does: it is answered, as the place is not "
+        "known.",
+        "line: lines_valid lines_ready lines_payload.byte lines_payload.end passed: items_valid "
+        "items_ready answered own said: bytes_valid bytes_payload", 0, 60,
+        radix=("lines_payload.byte=hex", "bytes_payload=hex")),
+    Diagram(
         "core-xy",
         "A step of X turns both motors forward, one of Y turns them against each other; where both "
         "come at once, that of Y is a clock later.",

@@ -25,6 +25,7 @@ from . import (
     protocol,
     ramp,
     serial_line,
+    strings,
     targets,
     walk,
 )
@@ -32,7 +33,7 @@ from . import (
 __all__ = ["benches", "groups"]
 
 COMPONENTS = (drive, motion, control, guard, orders, order_ledger, panel, axis, gantry, targets,
-              ramp, profile, plan, walk, blocks, gcode_control, serial_line, protocol,
+              ramp, profile, plan, walk, strings, blocks, gcode_control, serial_line, protocol,
               gcode_parts)
 
 

@@ -32,6 +32,7 @@ from .gcode_reporter import GCODE_REPORTER
 from .gcode_settings import GCODE_SETTINGS
 from .glitch import CONTACT_FILTER, GLITCH
 from .guard import GUARD
+from .hanging import HANGING
 from .hex_digits import HEX_READER, HEX_WRITER
 from .kinematics import CORE_XY
 from .limits import LIMITS
@@ -68,13 +69,16 @@ from .step_dir_pair import STEP_DIR_PAIR
 from .step_ratio import STEP_RATIO
 from .stored_lines import STORED_LINES
 from .stored_program import STORED_PROGRAM
+from .string_homing import STRING_HOMING
 from .string_length import STRING_LENGTH
+from .string_motor import STRING_MOTOR
 from .text import TEXT
 from .thesis import THESIS
 from .uart_receiver import UART_RECEIVER
 from .uart_transmitter import UART_TRANSMITTER
 from .unit_converter import UNIT_CONVERTER
 from .walk import WALK
+from .wall_dialect import WALL_DIALECT
 from .words import WORDS
 
 __all__ = ["GENERAL", "Component"]
@@ -88,6 +92,7 @@ GENERAL = {
     "step_dir": STEP_DIR,
     "step_dir_pair": STEP_DIR_PAIR,
     "pending": PENDING,
+    "string_motor": STRING_MOTOR,
     "rate": RATE,
     "position": POSITION,
     "ramp": RAMP,
@@ -99,6 +104,7 @@ GENERAL = {
     "backlash_compensator": BACKLASH_COMPENSATOR,
     "core_xy": CORE_XY,
     "string_length": STRING_LENGTH,
+    "hanging": HANGING,
     "limits": LIMITS,
     "axis": AXIS,
     "plan": PLAN,
@@ -123,6 +129,7 @@ GENERAL = {
     "block_loader": BLOCK_LOADER,
     "overrides": OVERRIDES,
     "gcode_homing": GCODE_HOMING,
+    "string_homing": STRING_HOMING,
     "gcode_probing": GCODE_PROBING,
     "gcode_control": GCODE_CONTROL,
     "order_ledger": ORDER_LEDGER,
@@ -153,6 +160,7 @@ GENERAL = {
     "stored_program": STORED_PROGRAM,
     "text": TEXT,
     "thesis": THESIS,
+    "wall_dialect": WALL_DIALECT,
     "gcode_coordinates": GCODE_COORDINATES,
     "unit_converter": UNIT_CONVERTER,
     "gcode_interpreter": GCODE_INTERPRETER,

@@ -20,6 +20,8 @@ MULTIPLIED = 4
 def describe(c: Contract, dut: StringLength) -> None:
     """Places are what was asked for; the length is the nearest whole number to the true one."""
     length, busy = dut.length, dut.busy
+    first_squares = sum(place**2 for place in dut.first)
+    first_length = _nearest(first_squares)
     waits, ways, excess = c.signal("waits"), c.signal("ways"), c.signal("excess")
     short = ~dut.longer
     most = (1 << dut.bits) - 1
@@ -27,21 +29,24 @@ def describe(c: Contract, dut: StringLength) -> None:
     fresh = c.past(c.rst | dut.begin, init=1)
 
     # Where the point was asked to be; the environment keeps it on the wall.
-    asked = [c.keep(dut.bits, name=f"asked_{way}") for way in ("across", "below")]
+    asked = [c.keep(dut.bits, init=first, name=f"asked_{way}")
+             for way, first in zip(("across", "below"), dut.first, strict=True)]
     for way, (place, ask) in enumerate(zip((dut.across, dut.below), asked, strict=True)):
         tick, away = dut.tick[way], dut.away[way]
         c.assume(~tick | (~waits[way] & Mux(away, ask != most, ask != 0)))
         with c.m.If(tick):
             c.m.d.sync += ask.eq(ask + Mux(away, 1, -1))
         with c.m.If(dut.begin | c.rst):
-            c.m.d.sync += ask.eq(0)
+            c.m.d.sync += ask.eq(dut.first[way])
         late = Mux(waits[way], Mux(ways[way], 1, -1), 0)
         c.invariant(f"{('across', 'below')[way]}-is-what-was-asked",
                     "Each tick changes the place by one, and none is lost: at rest it is where it "
                     "was asked to be.", ask == place + late, cover=place > 1)
 
     numbers = {"across": dut.across, "below": dut.below, "length": length}
-    sums = {name: _sum_of_odd_numbers(c, number, name, _room(dut.bits), fresh=fresh)
+    firsts = {"across": dut.first[0], "below": dut.first[1], "length": first_length}
+    sums = {name: _sum_of_odd_numbers(c, number, name, _room(dut.bits), fresh=fresh,
+                                      first=firsts[name])
             for name, number in numbers.items()}
     before = c.past(dut.step)
     if dut.bits <= MULTIPLIED:
@@ -69,8 +74,10 @@ def describe(c: Contract, dut: StringLength) -> None:
                   "shorter than the way to the point.", when=rest, then=off <= half)
     c.implication("half-a-step-too-long", "At rest it is less than half a step longer.",
                   when=rest & (length != 0), then=off > K * K // 2 - half)
-    c.implication("begins-at-the-pulley", "After a reset, or `begin`, it is 0 at the pulley.",
-                  when=fresh, then=(length == 0) & (dut.across == 0) & (dut.below == 0) & ~busy)
+    c.implication("begins-where-it-is-first", "After a reset, or `begin`, it hangs where it does "
+                  "at first, and has the nearest length to that.", when=fresh,
+                  then=(length == first_length) & (dut.across == dut.first[0])
+                  & (dut.below == dut.first[1]) & ~busy)
     changed = Mux(before, Mux(c.past(dut.longer), 1, -1), 0)
     c.invariant("no-lost-step", "The length changes by a step where one is given, and only there.",
                 fresh | (length == c.past(length) + changed), cover=before)
@@ -85,13 +92,21 @@ def describe(c: Contract, dut: StringLength) -> None:
                 length <= _most("length", dut.bits), cover=length > 1, lemma=True)
 
 
-def _sum_of_odd_numbers(c: Contract, number: Bits, name: str, bits: int, *, fresh: Bits) -> Bits:
+def _nearest(squares: int) -> int:
+    """Return the whole number of steps that is nearest to the root of a number of square ticks."""
+    length = isqrt(squares) // K
+    # Half a step more, or less than that: of two that are as near, the shorter.
+    return length + (4 * squares > (K * (2 * length + 1))**2)
+
+
+def _sum_of_odd_numbers(c: Contract, number: Bits, name: str, bits: int, *, fresh: Bits,
+                        first: int) -> Bits:
     """Return the sum of as many odd numbers, from 1 on, as a number says that changes by ones."""
     total = Signal(bits, name=f"sum_{name}")
     before, past = c.past(number), c.past(total)
     c.m.d.comb += total.eq(past)
     with c.m.If(fresh):
-        c.m.d.comb += total.eq(0)
+        c.m.d.comb += total.eq(first**2)
     with c.m.Elif(number > before):
         c.m.d.comb += total.eq(past + 2 * before + 1)
     with c.m.Elif(number < before):
@@ -115,4 +130,5 @@ def _most(name: str, bits: int) -> int:
 
 STRING_LENGTH = Component(
     make=StringLength, describe=describe, depth=24,
-    cases=(Case({"bits": 4}), Case({}, real=True)))
+    cases=(Case({"bits": 4}), Case({"bits": 4, "first_across": 9, "first_below": 11}),
+           Case({"first_across": 180_087, "first_below": 180_087}, real=True)))

@@ -77,7 +77,8 @@ class StringMotor(wiring.Component):
     def elaborate(self, platform) -> Module:
         m = Module()
         m.submodules.driver = driver = PhaseDriver(sequence=self.sequence, period=self.period)
-        sets, longer = Signal(), Signal()
+        sets = Signal()
+        longer = Signal()
         m.d.comb += [
             sets.eq(self.zero | self.place),
             self.behind.eq(self.made != self.length),

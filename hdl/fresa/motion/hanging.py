@@ -44,7 +44,8 @@ class Hanging(wiring.Component):
     busy : Out(1)
         A tick waits, or the lengths are not those of where the point is.
     fault : Out(1)
-        More ticks were to wait than there is room for, and are lost. Stays until reset.
+        More ticks were to wait than there is room for, and are lost. Stays until reset, ``begin``
+        or ``drop``.
 
     Raises
     ------
@@ -58,6 +59,7 @@ class Hanging(wiring.Component):
     def __init__(self, *, width: int, first_across: int, first_below: int, bits: int = 19) -> None:
         self.width = in_range("width in ticks", width, 1, (1 << bits) - 1)
         in_range("first_across", first_across, 0, width)
+        in_range("first_below", first_below, 0, (1 << bits) - 1)
         self.strings = [
             StringLength(bits=bits, first_across=place, first_below=first_below)
             for place in (first_across, width - first_across)]
@@ -71,7 +73,8 @@ class Hanging(wiring.Component):
         m = Module()
         left, right = self.strings
         m.submodules.left, m.submodules.right = left, right
-        works, waits, faults = Signal(), [], []
+        works = Signal()
+        waits, faults = [], []
         m.d.comb += works.eq(left.busy | right.busy)
         for way, name in enumerate(("across", "up")):
             pending = PendingSteps()

@@ -94,7 +94,8 @@ class StringHoming(wiring.Component):
     def elaborate(self, platform) -> Module:
         m = Module()
         turn = Signal()  # the string that is homed: the right one
-        switch, moved = Signal(), Signal()
+        switch = Signal()
+        moved = Signal()
         count = Signal(range(max(self.most, self.most_off) + 1))
         left = Signal(range((self.pace << SLOW) + 1))  # clocks until a step is due
         due = Signal(2)

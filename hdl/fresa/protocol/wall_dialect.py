@@ -212,8 +212,10 @@ class WallDialect(wiring.Component):
     def _take_lines(self, m: Module, w: "_Work") -> Value:
         """Pass lines of G-code on, and begin what commands say."""
         lines, items = self.lines, self.items
-        letter, digits = Signal(7), Signal(range(16))
-        wrong, damaged = Signal(), Signal()
+        letter = Signal(8)
+        digits = Signal(range(16))
+        wrong = Signal()
+        damaged = Signal()
         byte = lines.p.byte
         digit = (byte >= ord("0")) & (byte <= ord("9"))
 
@@ -258,7 +260,7 @@ class WallDialect(wiring.Component):
                         with m.If((digits >> 2) == number):
                             m.d.sync += each.eq(((each << 2) + each << 1) + byte[:4])
             with m.State("ACT"):
-                with m.If(~w.replies):
+                with m.If(~w.replies & ~self.renewed):
                     m.next = "LINE"
                     self._act(m, w, letter, digits, wrong, damaged)
                     with m.If(self.wake):
@@ -502,9 +504,12 @@ class _Work:
     """What the parts of the dialect share."""
 
     def __init__(self) -> None:
-        self.job, self.phase = Signal(_Job), Signal(_Phase)
-        self.reply, self.replies = Signal(_Text), Signal()
-        self.event, self.tells = Signal(_Text), Signal()
+        self.job = Signal(_Job)
+        self.phase = Signal(_Phase)
+        self.reply = Signal(_Text)
+        self.replies = Signal()
+        self.event = Signal(_Text)
+        self.tells = Signal()
         self.coordinates = [Signal(14, name=name) for name in "xy"]
         self.sends = Signal()  # the line of a command is to be passed
         self.ready = Signal()  # it is at a start point

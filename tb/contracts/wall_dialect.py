@@ -1,0 +1,326 @@
+"""Contract of the wall's dialect: what passes, what a command begins, and what is said of it."""
+
+from unittest.mock import patch
+
+from amaranth import Array, Cat, Module, Mux, Value
+
+from fresa.protocol import HomingStage, LineEnd, WallDialect, wall_dialect
+from fresa.protocol.wall_dialect import _Job, _Phase, _Text
+
+from .contract import Bits, Case, Component, Contract
+from .text import TEXT
+
+__all__ = ["WALL_DIALECT"]
+
+SYNTAX = {"P": _Text.SYNTAX_P, "H": _Text.SYNTAX_H, "I": _Text.SYNTAX_I, "F": _Text.SYNTAX_F,
+          "S": _Text.SYNTAX_S}
+MANY = 15
+"""Bytes of a command that are counted at most."""
+
+
+def describe(c: Contract, dut: WallDialect) -> None:
+    """Lines pass unchanged, a command is answered or begun, and nothing is said within a line."""
+    lines, items, says = dut.lines, dut.items, dut.bytes
+    taken, given = lines.valid & lines.ready, items.valid & items.ready
+    item = lines.payload.as_value()
+    goes_on = c.past(~c.rst)
+    anew = c.rst | dut.renewed
+    known = c.past(~anew)
+    byte, ends = lines.p.byte, lines.p.end
+    phase, job, replies, reply = (c.signal(name) for name in ("phase", "job", "replies", "reply"))
+    if not c.upset:
+        c.restrict_covers(~c.rst)
+
+    # Lines stay until taken; an answer is to a line. With a reset lines begin anew.
+    c.assume(~known | ~c.past(lines.valid & ~lines.ready)
+             | (lines.valid & (item == c.past(item))))
+    c.assume(~ends | (byte <= LineEnd.DAMAGED.value))
+    within, commands = c.keep(1, name="within"), c.keep(1, name="commands")
+    first = ~within & lines.valid & ~ends & (byte == ord(":"))
+    command = (within & commands) | first
+    with c.m.If(taken):
+        c.m.d.sync += [within.eq(~ends), commands.eq(command)]
+    with c.m.If(anew):
+        c.m.d.sync += within.eq(0)
+    begun, waits = c.keep(1, name="line_begun"), c.keep(1, name="line_is_not_answered")
+    c.assume(~dut.answered | waits)
+    with c.m.If(dut.answered):
+        c.m.d.sync += waits.eq(0)
+    with c.m.If(given):
+        c.m.d.sync += [begun.eq(~items.p.end), waits.eq(items.p.end)]
+    with c.m.If(anew):
+        c.m.d.sync += [begun.eq(0), waits.eq(0)]
+    owned = c.keep(1, name="owned")  # the line that has begun is one of a command
+    with c.m.If(given):
+        c.m.d.sync += owned.eq(dut.own)
+
+    asked = phase == _Phase.ASKED
+    c.implication("lines-pass", "Of a line of G-code each item passes as it is, in its clock.",
+                  when=items.valid & ~dut.own, then=lines.valid & ~command
+                  & (items.payload.as_value() == item) & (lines.ready == items.ready))
+    c.implication("no-other-is-taken", "A line that is taken passes, or is a command.",
+                  when=taken & ~command, then=given & ~dut.own)
+    c.implication("passes-at-once", "It passes at once, unless the line before is not answered, "
+                  "or one of a command is on its way.",
+                  when=lines.valid & ~command & ~waits & ~dut.own & ~dut.fault
+                  & ~c.state("wall_state")("ACT", "WAKE"), then=items.valid)
+    c.implication("commands-do-not-pass", "A line that begins with a colon does not pass.",
+                  when=command & lines.valid & items.valid, then=dut.own)
+    c.implication("answered-before-the-next", "A line begins when the one before is answered.",
+                  when=items.valid, then=~waits)
+    c.implication("none-within-another", "A line that has begun goes on as what it began as.",
+                  when=begun & items.valid, then=owned == dut.own)
+
+    # What a command says
+    letter, count = c.keep(8, name="letter"), c.keep(range(MANY + 1), name="count")
+    bad, status, complete = (c.keep(1, name="bad"), c.keep(8, name="status"),
+                             c.keep(1, name="complete"))
+    numbers = [c.keep(14, name=f"number_{name}") for name in "xy"]
+    named = c.keep(1, name="named")
+    digit = (byte >= ord("0")) & (byte <= ord("9"))
+    with c.m.If(first & taken):
+        c.m.d.sync += [letter.eq(0), count.eq(0), bad.eq(0), named.eq(0),
+                       *(each.eq(0) for each in numbers)]
+    with c.m.Elif(command & taken & ends):
+        c.m.d.sync += [status.eq(byte), complete.eq(1)]
+    with c.m.Elif(command & taken & ~named):
+        c.m.d.sync += [letter.eq(byte & 0xDF), named.eq(1)]
+    with c.m.Elif(command & taken):
+        c.m.d.sync += [count.eq(count + (count != MANY)), bad.eq(bad | ~digit)]
+        for number, each in enumerate(numbers):
+            with c.m.If((count >= 4 * number) & (count < 4 * number + 4)):
+                c.m.d.sync += each.eq(each * 10 + byte[:4])
+    x, y = numbers
+    state, speak = c.state("wall_state"), c.state("speak_state")
+    decides = complete & ~replies & ~dut.renewed & ~state("WAKE")
+    with c.m.If(decides | anew):
+        c.m.d.sync += complete.eq(0)
+
+    def is_(*letters: str) -> Bits:
+        return Cat(letter == ord(each) for each in letters).any()
+
+    many = Mux(is_("P", "S"), 1, Mux(is_("H"), 0, 8))
+    most = Mux(is_("P"), 1, 2)
+    formed = (status == LineEnd.GOOD.value) & ~bad & (count == many) & (
+        ~is_("P", "S") | (x <= most)) & is_("P", "H", "I", "F", "S")
+    busy = (phase != _Phase.NONE) | dut.moving
+    wall = (x <= dut.width) & (y >= dut.top) & (y <= dut.height)
+    ready, sleeping = c.signal("ready"), dut.sleeping
+    powers = formed & is_("P") & (x == 1)
+    tells_state = formed & is_("S")
+    starts = formed & ~busy & (
+        (is_("P") & (x == 0)) | is_("H") | (is_("I") & dut.homed & wall)
+        | (is_("F") & dut.homed & ready & wall))
+    refusal = Mux(
+        status != LineEnd.GOOD.value, _Text.DAMAGED, Mux(
+            ~is_(*SYNTAX), _Text.COMMANDS, Mux(
+                ~formed, _choose((letter == ord(each), text) for each, text in SYNTAX.items()),
+                Mux(tells_state, _Text.STATE, Mux(powers, _Text.POWERED, Mux(
+                    busy, _Text.BUSY, Mux(~dut.homed, _Text.HOME_FIRST, Mux(
+                        is_("F") & ~ready, _Text.START_FIRST, _Text.OFF_THE_WALL))))))))
+    wakes = powers & sleeping
+    c.implication("begins", "A command that is right begins what it says, in the next clock.",
+                  when=goes_on & c.past(decides & starts), then=asked & ~c.past(asked) & (
+                      job == c.past(Mux(is_("P"), _Job.SLEEP, Mux(is_("H"), _Job.HOME, Mux(
+                          is_("I"), _Job.GO, _Job.DRAW))))))
+    c.implication("begins-only-so", "Nothing else begins anything.", when=goes_on & asked
+                  & ~c.past(asked), then=c.past(decides & starts))
+    c.implication("off-the-wall", "Nothing goes off the wall.",
+                  when=goes_on & asked & ~c.past(asked) & job[1],
+                  then=(c.signal("x") <= dut.width) & (c.signal("y") >= dut.top)
+                  & (c.signal("y") <= dut.height))
+    c.implication("replies", "Any other is answered, by what is not right first.",
+                  when=goes_on & c.past(decides & ~starts & ~wakes),
+                  then=replies & (reply == c.past(refusal)))
+    c.implication("replies-only-so", "No answer is to nothing.", when=goes_on & replies
+                  & ~c.past(replies), then=c.past((decides & ~starts & ~wakes)
+                                                  | (state("WAKE") & dut.renewed)))
+    c.implication("replies-to-power", "After a sleep the answer comes with the reset.",
+                  when=goes_on & c.past(state("WAKE") & dut.renewed),
+                  then=replies & (reply == _Text.POWERED))
+    c.implication("shown", "What is shown is the state that was asked for.",
+                  when=goes_on & c.past(decides & tells_state),
+                  then=c.signal("shown") == c.past(Array(dut.states)[x[:2]]))
+    c.invariant("wake", "Power ends a sleep by a reset.", dut.wake == (decides & wakes),
+                cover=dut.wake)
+    c.invariant("power", "Motors get power by that command, or with the reset that it began.",
+                dut.power == ((decides & powers & ~sleeping) | (state("WAKE") & dut.renewed)),
+                cover=dut.power)
+    c.implication("waits-for-the-reset", "It waits for that.",
+                  when=known & c.past(state("WAKE") | dut.wake), then=state("WAKE"))
+
+    # What has begun
+    told = c.signal("tells") & c.past(~c.signal("tells"))
+    c.implication("own", "An answer belongs to the line of a command until that is answered.",
+                  when=known & c.past(dut.own), then=dut.own == c.past(~dut.answered))
+    c.implication("own-of-commands", "And to no other.", when=dut.own, then=asked)
+    c.implication("reset-ends-what-began", "A reset ends what a command began.",
+                  when=goes_on & c.past(dut.renewed),
+                  then=~dut.own & ~dut.pen & ~ready & ((phase == _Phase.NONE)
+                                                       | (phase == _Phase.END)))
+    c.implication("pen-after-its-line", "The pen is on when the line of what it draws is "
+                  "answered without an error.", when=dut.pen & c.past(~dut.pen),
+                  then=goes_on & (job == _Job.DRAW) & c.past(asked & dut.answered & ~dut.refused))
+    c.implication("pen-while-it-draws", "It is on only while it draws.", when=dut.pen,
+                  then=(job == _Job.DRAW) & ((phase == _Phase.SETTLE) | (phase == _Phase.MOVE)))
+    c.implication("pen-off", "When nothing moves any more it is off.",
+                  when=c.past((phase == _Phase.MOVE) & ~dut.moving), then=~dut.pen)
+    c.implication("draws-from-a-start", "It draws only from a start point where it arrived.",
+                  when=goes_on & ready & c.past(~ready),
+                  then=c.past((phase == _Phase.END) & (c.signal("outcome") == _Text.AT_START)))
+    c.implication("in-this-order", "It is asked, settles, moves, and what became of it is said.",
+                  when=known & (phase != c.past(phase)), then=Mux(
+                      phase == _Phase.ASKED, c.past(phase == _Phase.NONE), Mux(
+                          phase == _Phase.SETTLE, c.past(asked), Mux(
+                              phase == _Phase.MOVE, c.past(phase == _Phase.SETTLE), Mux(
+                                  phase == _Phase.END, c.past(asked | (phase == _Phase.MOVE)),
+                                  c.past(phase == _Phase.END))))))
+    c.implication("says-its-end", "What became of it is said.",
+                  when=goes_on & (phase == _Phase.NONE) & c.past(phase != _Phase.NONE),
+                  then=told & (c.signal("event") == c.past(c.signal("outcome"))))
+    c.implication("refused", "A line that is refused has begun nothing.",
+                  when=known & c.past(asked & dut.answered & dut.refused),
+                  then=(phase == _Phase.END) & (c.signal("outcome") == _Text.REFUSED))
+    moves = _moves(c, dut, asked, job, phase)
+    homes, rests = dut.stage != HomingStage.NONE, dut.stage == HomingStage.REST
+    one, two = (dut.stage == stage for stage in (HomingStage.FIRST, HomingStage.SECOND))
+    learns = asked & (job == _Job.DRAW)
+    motor = (moves & ~learns) | homes
+    c.invariant("states", "The states are those of the thesis.", Cat(
+        dut.states[0] == Cat(dut.powered, homes, dut.homed, moves & ~homes, ready,
+                             learns | dut.pen),
+        dut.states[1] == Cat(dut.powered, one | two, dut.homed | rests | two, motor, learns,
+                             dut.pen),
+        dut.states[2] == Cat(dut.powered, two, dut.homed | rests, motor, learns,
+                             dut.pen)).all(), cover=dut.pen)
+
+    # What it says
+    said = c.keep(1, name="said")  # part of a line
+    with c.m.If(says.valid & says.ready):
+        c.m.d.sync += said.eq(says.payload != ord("\n"))
+    with c.m.If(c.rst):
+        c.m.d.sync += said.eq(0)
+    if isinstance(dut, _Brief):
+        c.keeps("texts", TEXT)
+        sends, sent = (c.kept[f"texts:{name}"] for name in ("sending", "sent"))
+        number = c.kept["texts:number"]
+        c.implication("stable-until-ready", "A byte that is offered stays until it is taken.",
+                      when=goes_on & c.past(says.valid & ~says.ready) & ~dut.fault,
+                      then=says.valid & (says.payload == c.past(says.payload)))
+        c.implication("whole-lines", "Between texts a whole line is said, or nothing of one.",
+                      when=speak("REST", "PIECE", "GIVE", "NUMBER", "WRITE", "END"), then=~said)
+        c.invariant("texts", "Texts are those of what is said, and end a line.", Cat(
+            ~speak("REPLY", "TELL") | ~sends | (number == Mux(speak("TELL"), c.signal("event"),
+                                                              reply)),
+            ~speak("REPLY", "TELL") | (said == (sends & (sent == 1))),
+            ~replies | (reply <= _Text.SYNTAX_S) | (reply == _Text.STATE),
+            ~c.signal("tells") | (c.signal("event") <= _Text.SYNTAX_S),
+            c.signal("outcome") <= _Text.SYNTAX_S,
+            speak("REPLY", "TELL", "GIVE") | ~sends,
+            ~speak("DIGIT") | (said == c.signal("second"))).all(),
+            cover=speak("TELL"), lemma=True)
+    figure = Mux(c.signal("second"), c.signal("shown")[:4], c.signal("shown")[4:])
+    c.implication("figures", "The state is two hexadecimal digits.",
+                  when=says.valid & speak("DIGIT"), then=says.payload == Array(
+                      b"0123456789ABCDEF")[figure])
+    writer = c.part("writer")
+    which = c.keep(1, name="which")
+    with c.m.If(writer.numbers.valid & writer.numbers.ready):
+        c.m.d.sync += which.eq(1)
+    with c.m.If(speak("REST")):
+        c.m.d.sync += which.eq(0)
+    c.implication("goes-there", "A line says where to go: from the upper right corner, y up.",
+                  when=writer.numbers.valid, then=writer.numbers.payload == Mux(
+                      which, dut.top - c.signal("y"), c.signal("x") - dut.width))
+    _lemmas(c, dut, within, commands, complete, named, waits, begun, owned, which)
+    c.leaves_unused_codes("wall_state", fault=dut.fault, shows=~lines.ready & ~dut.power
+                          & ~dut.wake)
+    c.leaves_unused_codes("speak_state", fault=dut.fault, shows=~says.valid)
+
+
+def _choose(values) -> Bits:
+    result: Bits = Value.cast(0)
+    for condition, value in values:
+        result = Mux(condition, value, result)
+    return result
+
+
+def _moves(c: Contract, dut: WallDialect, asked: Bits, job: Bits, phase: Bits) -> Bits:
+    going = asked | (phase == _Phase.SETTLE) | (phase == _Phase.MOVE)
+    return dut.moving | (going & ((job == _Job.GO) | (job == _Job.DRAW)))
+
+
+def _lemmas(c: Contract, dut: WallDialect, within: Bits, commands: Bits, complete: Bits,
+            named: Bits, waits: Bits, begun: Bits, owned: Bits, which: Bits) -> None:
+    """State how registers and states belong together."""
+    state, speak = c.state("wall_state"), c.state("speak_state")
+    phase, sends, lost = c.signal("phase"), c.signal("sends"), c.signal("lost")
+    asked = phase == _Phase.ASKED
+    gives = speak("PIECE", "GIVE", "NUMBER", "WRITE", "END") & ~lost
+    c.invariant("lines", "States of lines are those of what was taken.", Cat(
+        (state("LETTER", "DIGITS") == (within & commands)),
+        state("PASS") == (within & ~commands),
+        ~state("LETTER") | ~named, ~state("DIGITS") | named,
+        state("ACT") == complete,
+        ~state("ANSWER") | (waits & ~asked), ~waits | asked | state("ANSWER"),
+        ~state("PASS") | ~asked, ~begun | asked | state("PASS"),
+        ~begun | (owned == asked), ~state("PASS") | begun).all(), cover=state("ACT"), lemma=True)
+    c.invariant("own-lines", "A line of a command is sent while its answer is to come.", Cat(
+        asked | ~(sends | gives), ~sends | speak("REST", "REPLY", "TELL", "DIGIT", "RETURN",
+                                                 "FEED") | lost,
+        ~asked | Cat(sends, gives, waits).any(), ~(sends & waits), ~(gives & waits),
+        ~begun | ~asked | gives, ~(sends & begun & asked), ~(sends & gives)).all(),
+        cover=gives, lemma=True)
+    c.invariant("phases", "Of phases there are five.", phase <= _Phase.END.value,
+                cover=phase == _Phase.MOVE, lemma=True)
+    replies, tells = c.signal("replies"), c.signal("tells")
+    c.invariant("said", "What is being said waits to be said.", Cat(
+        ~speak("REPLY", "DIGIT", "RETURN", "FEED") | replies, ~speak("TELL") | tells,
+        ~speak("DIGIT", "RETURN", "FEED") | (c.signal("reply") == _Text.STATE),
+        ~speak("REPLY") | (c.signal("reply") != _Text.STATE),
+        ~state("WAKE") | ~replies).all(), cover=tells, lemma=True)
+    letter = c.kept["letter"]
+    c.invariant("kept", "What a command says is kept.", Cat(
+        ~state("LETTER", "DIGITS", "ACT") | Cat(
+            state("LETTER") | (c.signal("letter") == letter),
+            c.signal("digits") == c.kept["count"],
+            c.signal("wrong") == c.kept["bad"], c.signal("x") == c.kept["number_x"],
+            c.signal("y") == c.kept["number_y"]).all(),
+        ~state("LETTER") | (letter == 0),
+        ~state("ACT") | (c.signal("damaged")
+                         == (c.kept["status"] != LineEnd.GOOD.value))).all(),
+        cover=state("DIGITS"), lemma=True)
+    writer, piece = c.state("writer.writer_state"), c.signal("piece")
+    jogs = speak("PIECE", "GIVE") & (piece == _Text.LINE_Y)
+    c.invariant("numbers", "The second number follows the first.",
+                Cat(~speak("PIECE", "GIVE", "NUMBER") | (which == c.signal("second")),
+                    ~speak("WRITE") | which, ~jogs | which,
+                    speak("WRITE") | writer("REST")).all(), cover=which, lemma=True)
+    c.invariant("writer", "The writer is as it shall be.",
+                ~writer("FAULT") & ~writer.is_unused(), cover=writer("DIGIT"), lemma=True)
+
+
+class _Brief(WallDialect):
+    """Says two bytes of each text at most."""
+
+    def elaborate(self, platform) -> Module:
+        real = wall_dialect.wall_texts
+
+        def brief(**parameters) -> list[bytes]:
+            return [text[-2:] for text in real(**parameters)]
+
+        with patch.object(wall_dialect, "wall_texts", brief):
+            return super().elaborate(platform)
+
+
+def make(*, brief: bool = False, **parameters) -> WallDialect:
+    """Make it, or one that says little."""
+    return (_Brief if brief else WallDialect)(**parameters)
+
+
+FEW = {"width": 3, "top": 1, "height": 4, "feed": 5, "brief": True}
+
+WALL_DIALECT = Component(
+    make=make, describe=describe, depth=30,
+    cases=(Case(FEW), Case({"width": 1768, "top": 200, "height": 1768, "feed": 3000}, real=True),
+           Case(FEW, upset=True)))
