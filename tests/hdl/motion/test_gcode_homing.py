@@ -10,7 +10,7 @@ import pytest
 from fresa.motion import AlarmCode, GCodeHoming, HomingRequest
 from fresa.protocol import SETTINGS, setting_index
 from tb.boards import component
-from tb.engines import AmaranthEngine, Engine
+from tb.engines import Engine, choose
 
 VALUES = {24: 30_000, 25: 600_000, 26: 250, 27: 1_500, 100: 80_000, 101: 40_000, 102: 250_000,
           130: 15_000, 131: 10_000, 132: 5_000}
@@ -120,7 +120,7 @@ def homing():
 @pytest.mark.parametrize("lower", [0, 0b111, 0b010])
 def test_each_axis_goes_to_its_switch_and_away(homing, lower):
     switches = [-5_000 if lower >> axis & 1 else 2_000 + 1_000 * axis for axis in range(3)]
-    with AmaranthEngine(homing) as engine:
+    with choose()(homing) as engine:
         machine = Machine(engine, switches, lower)
         machine.run()
         assert not machine.failure
@@ -140,7 +140,7 @@ def test_each_axis_goes_to_its_switch_and_away(homing, lower):
 
 
 def test_a_switch_that_is_not_found_is_an_alarm(homing):
-    with AmaranthEngine(homing) as engine:
+    with choose()(homing) as engine:
         machine = Machine(engine, [10**6, 10**6, 4_000], 0)
         machine.run()
         assert machine.failure == AlarmCode.HOMING_SEARCH.value
@@ -154,7 +154,7 @@ def test_a_switch_that_is_not_found_is_an_alarm(homing):
 
 
 def test_a_switch_that_stays_on_is_an_alarm(homing):
-    with AmaranthEngine(homing) as engine:
+    with choose()(homing) as engine:
         machine = Machine(engine, [0, 0, -5_000], 0)
         machine.run()
         assert machine.failure == AlarmCode.HOMING_PULL_OFF.value
@@ -207,7 +207,7 @@ def squaring():
 def test_two_motors_go_to_their_own_switches_and_away_together(squaring, places, skew, lower):
     sign = -1 if lower else 1
     places = sign * places[0], sign * places[1]
-    with AmaranthEngine(squaring) as engine:
+    with choose()(squaring) as engine:
         machine = Gantry(engine, places, sign * skew, lower)
         machine.run()
         assert not machine.failure
@@ -220,7 +220,7 @@ def test_two_motors_go_to_their_own_switches_and_away_together(squaring, places,
 
 @pytest.mark.parametrize("places", [(2_000, 2_800), (2_800, 2_000)])
 def test_one_motor_does_not_go_on_for_more_than_a_sixteenth(squaring, places):
-    with AmaranthEngine(squaring) as engine:
+    with choose()(squaring) as engine:
         machine = Gantry(engine, places, 0, 0)
         machine.run()
         assert machine.failure == AlarmCode.HOMING_SEARCH.value
@@ -233,7 +233,7 @@ def test_one_motor_does_not_go_on_for_more_than_a_sixteenth(squaring, places):
 
 @pytest.mark.parametrize("places", [(0, -2_000), (-2_000, 0)])
 def test_either_switch_that_stays_on_is_an_alarm(squaring, places):
-    with AmaranthEngine(squaring) as engine:
+    with choose()(squaring) as engine:
         machine = Gantry(engine, places, 0, 0)
         machine.run()
         assert machine.failure == AlarmCode.HOMING_PULL_OFF.value

@@ -11,7 +11,7 @@ from amaranth.lib.wiring import In, Out, connect, flipped
 
 from fresa.protocol import GCodeList, GCodeLister, GCodeModes, GCodeReporter
 from tb.boards import component
-from tb.engines import AmaranthEngine
+from tb.engines import choose
 from tb.models.gcode_list import listed
 
 WIDTH = 44
@@ -97,7 +97,7 @@ class Host:
 
 @pytest.fixture(scope="module")
 def engine():
-    with AmaranthEngine(component("lines", Lines())) as engine:
+    with choose()(component("lines", Lines())) as engine:
         yield engine
 
 

@@ -10,7 +10,7 @@ from amaranth import Fragment
 
 from fresa.protocol import GCodeMessage, GCodeReporter, GCodeState, GCodeText, TextSource
 from tb.boards import component
-from tb.engines import AmaranthEngine
+from tb.engines import choose
 from tb.models.gcode_report import MESSAGES, STATES, Reports, Sample, alarm, answer
 
 BITS = 27
@@ -111,7 +111,7 @@ def random_sample(rng) -> Sample:
 
 @pytest.fixture(scope="module")
 def engine():
-    with AmaranthEngine(component("reporter", GCodeReporter(position_bits=BITS))) as engine:
+    with choose()(component("reporter", GCodeReporter(position_bits=BITS))) as engine:
         yield engine
 
 
@@ -240,7 +240,7 @@ def test_alarm_then_message_then_report_then_answer(line):
 @pytest.mark.parametrize(("dialect", "greeting"), [
     ("grbl", b"Grbl 1.1h ['$' for help]\r\n"), ("thesis", b"start\r\n")])
 def test_greeting(dialect, greeting):
-    with AmaranthEngine(component("reporter", GCodeReporter(dialect=dialect))) as engine:
+    with choose()(component("reporter", GCodeReporter(dialect=dialect))) as engine:
         engine.set(messages_valid=1, bytes_ready=1)
         engine.run(2)
         engine.set(messages_valid=0)
