@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from fresa_host import GCode, gcode_session
+from fresa_host import GCode
 from tests.host.fake_gcode import FakeGCode
 from tests.tools.draw.drawings import write
 from tools.draw import __main__ as command
@@ -43,7 +43,6 @@ def typed(monkeypatch):
 
 @pytest.fixture
 def fake(monkeypatch) -> FakeGCode:
-    monkeypatch.setattr(gcode_session, "POLL_S", 0.01)
     monkeypatch.setattr(send, "POLL_S", 0.005)
     fake: Any = FakeGCode()
     monkeypatch.setattr("fresa_host.GCode", lambda port, baud: GCode(fake, timeout=60))
