@@ -9,9 +9,10 @@ from .gcode_session import POLL_S, GCodeSession
 from .port import Port
 from .session import Waiting
 
-__all__ = ["VPlotter", "VPlotterSession"]
+__all__ = ["BAUD", "VPlotter", "VPlotterSession"]
 
 BAUD = 9600
+"""Bits a second of the line, unless it was built with another rate."""
 
 HOME_S = 900.0
 """Seconds that a homing cycle may take: it winds metres of string, slowly."""

@@ -8,7 +8,7 @@ from math import isfinite
 from pathlib import Path
 from typing import Any
 
-from fresa_host.gcode_lines import BAUD
+from fresa_host.vplotter import BAUD
 
 from ..console import (
     Parser,
@@ -156,7 +156,7 @@ def _files(planned: Any, facts: dict[str, Any], lines: list[str], args: argparse
 
 def _send(planned: Any, args: argparse.Namespace) -> int:
     """Draw on the wall."""
-    from fresa_host import GCode, MachineError
+    from fresa_host import MachineError, VPlotter
 
     from ..keyboard import Ended
     from .program import sections
@@ -164,7 +164,7 @@ def _send(planned: Any, args: argparse.Namespace) -> int:
 
     made = sections(planned.parts, planned.wall, args.feed, args.dwell)
     try:
-        took = send(made, lambda: GCode(args.to, baud=args.baud), home=args.home)
+        took = send(made, lambda: VPlotter(args.to, baud=args.baud), home=args.home)
     except Ended:
         say("ended: the machine stands, with the pen raised")
         return 130

@@ -45,7 +45,7 @@ def typed(monkeypatch):
 def fake(monkeypatch) -> FakeGCode:
     monkeypatch.setattr(send, "POLL_S", 0.005)
     fake: Any = FakeGCode()
-    monkeypatch.setattr("fresa_host.GCode", lambda port, baud: GCode(fake, timeout=60))
+    monkeypatch.setattr("fresa_host.VPlotter", lambda port, baud: GCode(fake, timeout=60))
     return fake
 
 
