@@ -216,6 +216,16 @@ def _load(*runs: Facts) -> list[str]:
     return [_table(["", "measured", "", "asked", "reached"], rows)]
 
 
+def _straight(*runs: Facts) -> list[str]:
+    rows = [[f"{one['from']} mm", f"{one['straight']:.3f}",
+             *(f"{each:.3f}" for each in one["motors"]), f"{one['geometry']:.3f}", one["bound"] or "-", f"{one['bowed']:.0f}"]
+            for run in runs for one in run["bands"]]
+    return [_table(["y from", "mm from the line", "with motors, at full speed", "at F300",
+                    "by geometry at most", "bound", "bowed"], rows),
+            *(f"{_many(run['lines'])} lines of {_many(run['ticks'])} ticks; strings are "
+              f"{run['error']:g} steps off at most.\n" for run in runs)]
+
+
 def _resets(*runs: Facts) -> list[str]:
     rows = [[_struck(one), _many(one["resets"]), _many(one["clocks"]), _many(one["steps"]),
              len(one["wrong"])] for run in runs for one in run["machines"]]
@@ -299,6 +309,10 @@ A line without a pause, at the least of clocks a bit that a receiver takes, with
 between and within its lines; a sender that sends more than there is room for; noise, breaks and
 cuts; holds, cancelled jogs and resets at full speed. Answers are compared with the lines, and the
 pins with the sum of those that were answered ok.""", ("load",), _load),
+    _Section("Straight lines on a wall", """\
+Random lines of a hanging plotter, on models that are the gateware to the bit: where a pen hangs
+from two strings of so many whole half steps, after each tick of the place; how far that is from the
+line that was asked for, and how far from the bowed one of the thesis.""", ("lines",), _straight),
     _Section("Contracts", """\
 The properties of each component, proved for every sequence of inputs and for unbounded time, with
 reset in any clock: a base case from power-up, and induction over k clocks. A cover reaches every
