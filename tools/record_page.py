@@ -218,7 +218,8 @@ def _load(*runs: Facts) -> list[str]:
 
 def _straight(*runs: Facts) -> list[str]:
     rows = [[f"{one['from']} mm", f"{one['straight']:.3f}",
-             *(f"{each:.3f}" for each in one["motors"]), f"{one['geometry']:.3f}", one["bound"] or "-", f"{one['bowed']:.0f}"]
+             *(f"{each:.3f}" for each in one["motors"]), f"{one['geometry']:.3f}",
+             one["bound"] or "-", f"{one['bowed']:.0f}"]
             for run in runs for one in run["bands"]]
     return [_table(["y from", "mm from the line", "with motors, at full speed", "at F300",
                     "by geometry at most", "bound", "bowed"], rows),
