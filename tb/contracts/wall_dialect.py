@@ -200,7 +200,7 @@ def describe(c: Contract, dut: WallDialect) -> None:
         c.m.d.sync += said.eq(says.payload != ord("\n"))
     with c.m.If(c.rst):
         c.m.d.sync += said.eq(0)
-    if isinstance(dut, _Brief):
+    if isinstance(dut, _Brief) and not c.upset:
         c.keeps("texts", TEXT)
         sends, sent = (c.kept[f"texts:{name}"] for name in ("sending", "sent"))
         number = c.kept["texts:number"]
