@@ -38,7 +38,7 @@ def _explore(engine) -> None:
 
 def _real(clock: int, *, wall: tuple[int, int], least_y: int, rest: tuple[int, int],
           string_steps: str, rate: str, acceleration: str, deviation: str, settings: str,
-          program: str, startup: Sequence[str], **values: int):
+          program: str, startup: Sequence[str], **values: Any):
     speed, change = read_number("--rate", rate), read_number("--acceleration", acceleration)
     first = read_startup(startup, "grbl", probing=False)
     return {"settings": VPlotterSettings(
@@ -63,8 +63,8 @@ def _figures(clock: int, made: Options, **values: Any):
 OPTIONS = (
     Option("baud", "bits a second of the serial line (default: %(default)s)", DEFAULT.baud,
            least=1, metavar="N"),
-    Option("wall", "from pulley to pulley, and from their line to the lower edge of the wall, in mm "
-           "(default: 1768 1768)", (DEFAULT.wall_width, DEFAULT.wall_height), least=10,
+    Option("wall", "from pulley to pulley, and from their line to the lower edge of the wall, in "
+           "mm (default: 1768 1768)", (DEFAULT.wall_width, DEFAULT.wall_height), least=10,
            most=MAX_MM, metavar=("WIDTH", "HEIGHT"), serve=True),
     Option("least_y", "upper edge of where it draws, in mm below the line of the pulleys (default: "
            "%(default)s)", DEFAULT.least_y, least=1, most=MAX_MM, metavar="MM", serve=True),
@@ -123,4 +123,4 @@ MACHINE = Machine(
     coverage=Coverage(100_000, 85, 55, _explore, named=True),
     recorded=Recorded(faults={"resets": (10_000, 1000), "flips": (4000, 300)},
                       unmutated="Its parts are mutated one by one."),
-    **parts(__name__, "scenarios"))
+    **parts(__name__, "fuzz", "scenarios"))
