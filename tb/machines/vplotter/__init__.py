@@ -123,4 +123,4 @@ MACHINE = Machine(
     coverage=Coverage(100_000, 85, 55, _explore, named=True),
     recorded=Recorded(faults={"resets": (10_000, 1000), "flips": (4000, 300)},
                       unmutated="Its parts are mutated one by one."),
-    **parts(__name__, "fuzz", "scenarios"))
+    **parts(__name__, "fuzz", "netlist", "scenarios"))
