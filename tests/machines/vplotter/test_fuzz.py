@@ -1,0 +1,128 @@
+# amaranth: UnusedElaboratable=no
+
+"""Fuzzing `vplotter`: mistakes in its gateware, and at its pins, are found; and no other."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from amaranth import Const, Mux
+
+from fresa.drive import HALF_STEP
+from tb.engines import AmaranthEngine, CXXRTLEngine
+from tb.fuzz import fuzz, run_session
+from tb.fuzz.inputs import Input
+from tb.machines.vplotter import SHORT
+from tb.machines.vplotter.fuzz import ANEW, FUZZ, HOME
+from tb.machines.vplotter.fuzz_check import BIT
+from tb.mistake import Mistake
+from tb.uart import FRAME, high, levels
+
+MISTAKES = {  # a few bytes, what is found, the mistake
+    "another reply": (b":Q\n", "answer", Mistake(
+        "dialect.reply", lambda right, _: Mux(right == 17, 18, right))),
+    "a command without a reply": (b":S3\n:P1\n", "answer", Mistake(
+        "dialect.replies", lambda right, at: right & (at("dialect.reply") != 22))),
+    "an answer to a line of a command": (b":H\n", "answer", Mistake(
+        "dialect.own", lambda *_: Const(0))),
+    "a coil that is always on": (b"$X\n", "pins", Mistake(
+        "motor_left.driver.coils", lambda right, _: right | 8)),
+    "a pen that touches": (b"G0\n", "pen", Mistake("pen", lambda *_: Const(1))),
+    "a servo that does not follow the pen": (b"$X\nM3\n", "pen", Mistake(
+        "servo", lambda right, at: right & ~at("pen"))),
+}
+
+
+def kinds(text: bytes, mistake: Mistake | None = None) -> set[str]:
+    """Send a few bytes, and return the kinds of what is found."""
+    sent = [Input("rest", b"", high(6000)), Input("bytes", text, levels(text, BIT)),
+            Input("rest", b"", high(250 * FRAME * BIT))]
+    design = FUZZ.design() if mistake is None else mistake.planted(FUZZ.design())
+    with AmaranthEngine(design) as engine:
+        return {failure.kind for failure in run_session(FUZZ, engine, sent).findings.failures}
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", MISTAKES)
+def test_mistakes_are_found(name):
+    text, kind, mistake = MISTAKES[name]
+    assert kind in kinds(text, mistake)
+
+
+@pytest.mark.long
+def test_nothing_is_found_where_there_is_no_mistake():
+    assert kinds(b"".join(text for text, *_ in MISTAKES.values() if b"H" not in text)) == set()
+
+
+@pytest.mark.compiler
+@pytest.mark.long
+def test_a_session_finds_nothing():
+    (outcome,) = fuzz(FUZZ, 2, 1500)
+    assert outcome.findings.failures == []
+    assert outcome.findings.answers > 60
+    assert outcome.findings.steps > 50
+
+
+@pytest.fixture(scope="module")
+def session():
+    """Levels of a session: lines and commands, and where it ends."""
+    sent = [Input("rest", b"", high(6000)),
+            *(Input("bytes", text, np.concatenate([levels(text, BIT), high(700 * FRAME * BIT)]))
+              for text in (b"$X\nG0X9Y7M3\n", b":S0\nM5\n", ANEW + HOME))]
+    line = np.concatenate([item.levels for item in sent])
+    with CXXRTLEngine(FUZZ.design()) as engine:
+        return {"rx": line, **engine.apply({"rx": line}, FUZZ.outputs)}
+
+
+def _steps(words: np.ndarray) -> list[int]:
+    """Return the clocks in which a motor makes its steps."""
+    return [int(clock) + 1 for clock in np.flatnonzero(np.diff(words))
+            if words[clock] and words[clock + 1]]
+
+
+def _turned(words: np.ndarray, rows: int) -> np.ndarray:
+    """Return the words of a motor that is some rows further."""
+    other = {0: 0, **{word: HALF_STEP[(row + rows) % 8] for row, word in enumerate(HALF_STEP)}}
+    return np.array([other[word] for word in words.tolist()], words.dtype)
+
+
+def _lose(seen: dict) -> None:
+    words = seen["left"]
+    at = _steps(words)[5]
+    turn = (HALF_STEP.index(words[at]) - HALF_STEP.index(words[at - 1]) + 4) % 8 - 4
+    words[at:] = _turned(words[at:], -turn)
+
+
+def _jump(seen: dict) -> None:
+    at = _steps(seen["right"])[5]
+    seen["right"][at:] = _turned(seen["right"][at:], 3)
+
+
+def _hasten(seen: dict) -> None:
+    words = seen["right"]
+    before, at = _steps(words)[4:6]
+    words[before + SHORT.period - 1:at] = words[at]
+
+
+def _stand(seen: dict) -> None:
+    seen["moving"][:] = 0
+
+
+CHANGES: dict[str, tuple[Callable[[dict], None], str]] = {
+    "nothing": (lambda seen: None, ""),
+    "a step that is lost": (_lose, "place"),
+    "a jump": (_jump, "pins"),
+    "a step that is too soon": (_hasten, "pins"),
+    "steps while nothing moves": (_stand, "step"),
+}
+
+
+@pytest.mark.compiler
+@pytest.mark.long  # the machine is compiled for a minute
+@pytest.mark.parametrize("name", CHANGES)
+def test_levels_at_the_pins_that_are_changed_are_found(session, name):
+    change, kind = CHANGES[name]
+    seen = {name: row.copy() for name, row in session.items()}
+    change(seen)
+    found = {failure.kind for failure in FUZZ.check(seen["rx"], seen).failures}
+    assert kind in found if kind else not found
