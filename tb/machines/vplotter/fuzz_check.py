@@ -217,7 +217,11 @@ def _answers(received: list[tuple[int, int, bool]], resets: list[int], said: Sai
                 continue
             lines[0].size = 1
         own = [(clock, text) for clock, text in said if greeted <= clock < end]
-        failures = _one_each(lines, own) or _replies(lines, own, end, again=begin > 0)
+        # An alarm discards lines that wait.
+        sure = min((clock for clock, text in own if text.startswith(b"ALARM")), default=end)
+        failures = _one_each(lines, own) or _replies(
+            [line for line in lines if line.clock < sure],
+            [each for each in own if each[0] < sure], sure, again=begin > 0)
         if failures:
             return failures
     return []
