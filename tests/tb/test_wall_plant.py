@@ -37,9 +37,13 @@ def test_a_wall_that_is_wider_than_was_said_lifts_the_middle_of_a_level_line():
         assert -1.1 * off == pytest.approx(wider, abs=0.05)
 
 
-def test_strings_that_are_longer_than_was_said_make_a_level_line_longer_by_twice_as_much():
-    left, right = (drawn(x, 900, longer=1.001)[0] for x in (384, 1384))
-    assert right - left == pytest.approx(1002, abs=0.01)
+def test_a_straight_line_that_is_too_long_says_that_all_is_larger():
+    """With strings that are longer than was said, a wall that straightens lines is as much larger."""
+    places = [drawn(x, 500, longer=1.001, wider=WIDTH * 0.001) for x in (384, 884, 1384)]
+    assert places[2][0] - places[0][0] == pytest.approx(1001)
+    assert [y for _, y in places] == pytest.approx([500.5] * 3)
+    bent = [drawn(x, 500, longer=1.001)[1] for x in (0, 884)]
+    assert bent[1] - bent[0] == pytest.approx(1.56, abs=0.02)
 
 
 def test_a_motor_winds_its_string_until_the_switch_closes():

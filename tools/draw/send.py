@@ -17,9 +17,6 @@ __all__ = ["send"]
 POLL_S = 0.1
 """Seconds from one look at the keyboard to the next."""
 
-HOMING_S = 600.0
-"""Seconds that homing may take: strings are long, and wound slowly."""
-
 
 def send(sections: Sequence[Section], open_machine: Callable[[], GCode], *, home: bool = False
          ) -> float:
@@ -57,7 +54,7 @@ def send(sections: Sequence[Section], open_machine: Callable[[], GCode], *, home
         with machine:
             if home:
                 with Progress(1, "machines", "homing"):
-                    _watched(machine, keyboard, lambda: machine.home(HOMING_S))
+                    _watched(machine, keyboard, lambda: machine.home())
             elif machine.state == "Alarm":
                 raise UserError("the machine is locked, as its place is unknown: home it, by "
                                 "--home")

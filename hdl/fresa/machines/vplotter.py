@@ -1,4 +1,4 @@
-"""`vplotter`: a pen that hangs from two strings, and draws what it is told to on a wall."""
+"""`vplotter`: a pen that hangs from two strings, and draws on a wall."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -121,6 +121,11 @@ class VPlotterSettings(GCodeSettings):
         return round(mm * self.steps_per_mm[0])
 
     @property
+    def wall_ticks(self) -> int:
+        """Ticks from pulley to pulley, rounded up: an arc along an edge may be half a tick out."""
+        return ceil(self.wall_width * self.steps_per_mm[0])
+
+    @property
     def most_wound(self) -> int:
         """Steps of string that homing may wind: of both to the far corners, and a tenth."""
         return ceil(2.2 * hypot(self.wall_width, self.wall_height) * float(self.string_steps))
@@ -135,10 +140,6 @@ class VPlotterSettings(GCodeSettings):
     def pace(self) -> int:
         """Clocks from step to step in a homing cycle."""
         return self.clock // self.string_rate
-
-    @property
-    def options(self) -> str:
-        return super().options + "H"
 
     @property
     def origin(self) -> tuple[int, ...]:
@@ -166,8 +167,8 @@ class VPlotter(GCode):
     At power-up the place is unknown: it is locked until it has homed. If it is unlocked without
     that, or after homing has failed, it takes for granted that it hangs at the place of rest.
 
-    The pen touches while a command draws, after M3 and M4 until M5, and where Z is below 0. Motors
-    turn the other way with bits 0 and 1 of $3.
+    The pen touches while a command draws, after M3 and M4 until M5, and where Z is below 0; but not
+    while a command goes to a start point, in a homing cycle, an alarm, a stop or a sleep. Motors turn the other way with bits 0 and 1 of $3.
 
     Parameters
     ----------
@@ -221,6 +222,7 @@ class VPlotter(GCode):
             feed=floor(max(settings.max_rate[:2])))
         self._enabled = Signal(name="enabled")  # the motors have power
         self._touches = Signal(name="touches")  # Z is below 0
+        self._lifted = Signal(name="lifted")  # whatever else, the pen is off
 
     def _homing(self) -> StringHoming:
         settings = self.settings
@@ -240,10 +242,11 @@ class VPlotter(GCode):
                  interpreter: GCodeInterpreter, answers: stream.Interface,
                  lines: stream.Interface, faults: list, renewed: Signal
                  ) -> tuple[stream.Interface, stream.Interface]:
-        lines, answers = super()._program(m, anew, control, interpreter, answers, lines, faults,
-                                          renewed)
         m.submodules.dialect = dialect = self._dialect
         connect(m, lines, dialect.lines)
+        # A program of its own is behind the dialect: each of its lines is answered there.
+        items, answers = super()._program(m, anew, control, interpreter, answers, dialect.items,
+                                          faults, renewed)
         said = answers.signature.create()
         m.d.comb += [
             said.payload.eq(answers.payload), said.valid.eq(answers.valid & ~dialect.own),
@@ -255,7 +258,7 @@ class VPlotter(GCode):
             dialect.powered.eq(self._enabled),
         ]
         faults.append(dialect.fault)
-        return dialect.items, said
+        return items, said
 
     def _sent(self, m: Module, said: stream.Interface) -> stream.Interface:
         """Send lines of the reporter and of the dialect, never one within another."""
@@ -283,7 +286,7 @@ class VPlotter(GCode):
         """Make ticks of the place and steps of the strings, and return the place."""
         settings, dialect = self.settings, self._dialect
         m.submodules.hanging = hanging = Hanging(
-            width=settings.ticks(settings.wall_width), bits=PLACE_BITS,
+            width=settings.wall_ticks, bits=PLACE_BITS,
             first_across=settings.ticks(settings.rest[0]),
             first_below=settings.ticks(settings.rest[1]))
         stops, stopped, drops = Signal(), Signal(), Signal()
@@ -320,17 +323,22 @@ class VPlotter(GCode):
                 homing.moved[side].eq(motor.moved), homing.behind[side].eq(motor.behind),
                 coils.eq(motor.coils),
             ]
-            made.append(~(motor.behind & follows))
+            # A motor without power makes what is left when it has some again.
+            made.append(~(motor.behind & follows & self._enabled))
         m.d.comb += motion.made.eq(Cat(made).all())
 
         z = Signal(signed(PLACE_BITS))
         with m.If(motion.step[2] & ~stops):
             m.d.sync += z.eq(z + Mux(motion.direction[2], 1, -1))
-        m.d.comb += self._touches.eq(z < -LIFT * 100)
+        m.d.comb += [
+            self._touches.eq(z < -LIFT * 100),
+            self._lifted.eq(stops | homing.active | (control.state == GCodeState.SLEEP)
+                            | (control.state == GCodeState.ALARM)),
+        ]
         across, below = hanging.across, hanging.below
         positions = [Signal(signed(36), name=f"position_{name}") for name in "xyz"]
         m.d.comb += [
-            positions[0].eq(across - settings.ticks(settings.wall_width)),
+            positions[0].eq(across - settings.wall_ticks),
             positions[1].eq(settings.ticks(settings.least_y) - below), positions[2].eq(z),
             *(planner.steps[axis].eq(position) for axis, position in enumerate(positions)),
         ]
@@ -343,8 +351,9 @@ class VPlotter(GCode):
                  store: GCodeSettingStore, faults: list) -> Signal:
         outputs, rapid = overrides.outputs, motion.feed.all()
         spins = outputs.clockwise | outputs.counter_clockwise
-        m.d.sync += self.pen.eq(self._dialect.pen | self._touches
-                                | (spins & ~(store.flags.laser & rapid)))
+        draws = self._touches | (spins & ~(store.flags.laser & rapid))
+        m.d.sync += self.pen.eq((self._dialect.pen | (draws & ~self._dialect.lifts))
+                                & ~self._lifted)
         power = Signal.like(Const(FULL_POWER))
         m.d.comb += power.eq(Mux(self.pen, FULL_POWER, 0))
         return power

@@ -229,6 +229,10 @@ class GCodeInterpreter(wiring.Component):
 
         with m.If(self.erase & ~begun & ~self.position.valid):
             m.d.sync += value.eq(0)
+            for axis, at_power_up in enumerate(self.origin):
+                if at_power_up:
+                    with m.If(self.erase_address == Operand.SYSTEM + axis):
+                        m.d.sync += value.eq(at_power_up)
         # In a state that waits for a sum. A register, since from the state it is far to the sum.
         with m.If(store.done):
             m.d.sync += computing.eq(0)

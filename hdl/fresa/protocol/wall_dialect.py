@@ -136,8 +136,8 @@ class WallDialect(wiring.Component):
     ==============  ============================================================  ==================
 
     Bits of a state: 0 powered, 1 homing, 2 homed, 3 moving, 4 ready to draw, 5 drawing. Commands
-    are taken while it moves, too, but of these only ``:S`` is obeyed. Lines of G-code wait for the
-    answer to the one before, and for the end of a homing cycle that a command has begun.
+    are taken while it moves, too, but of these only ``:S`` and ``:P1`` are obeyed. Lines of G-code
+    wait for the answer to the one before, and for the end of what a command has begun.
 
     Parameters
     ----------
@@ -167,8 +167,8 @@ class WallDialect(wiring.Component):
         All else is reset, and lines that had begun are lost.
     power, wake : Out(1)
         Power the motors; do so with a reset, as it sleeps. For one clock each.
-    pen : Out(1)
-        It draws.
+    pen, lifts : Out(1)
+        A command draws; it goes to a start point, so that the pen has to be off.
     states : Out(6) x 3
         State of the master, and of the motors.
     bytes : Out(stream.Signature(8))
@@ -194,6 +194,7 @@ class WallDialect(wiring.Component):
             "answered": In(1), "refused": In(1), "own": Out(1), "moving": In(1), "homed": In(1),
             "powered": In(1), "sleeping": In(1), "stage": In(HomingStage), "cancelled": In(1),
             "renewed": In(1), "power": Out(1), "wake": Out(1), "pen": Out(1),
+            "lifts": Out(1),
             "states": Out(6).array(3), "bytes": Out(stream.Signature(8)), "fault": Out(1)})
 
     def elaborate(self, platform) -> Module:
@@ -203,6 +204,7 @@ class WallDialect(wiring.Component):
             self.own.eq(w.phase == _Phase.ASKED),
             self.pen.eq((w.job == _Job.DRAW)
                         & ((w.phase == _Phase.SETTLE) | (w.phase == _Phase.MOVE))),
+            self.lifts.eq((w.job == _Job.GO) & (w.phase != _Phase.NONE)),
         ]
         faults = [self._speak(m, w), self._take_lines(m, w)]
         self._carry_out(m, w)
@@ -234,7 +236,7 @@ class WallDialect(wiring.Component):
                     m.d.sync += [letter.eq(0), digits.eq(0), wrong.eq(0),
                                  *(each.eq(0) for each in w.coordinates)]
                     m.next = "LETTER"
-                with m.Elif(~self.own):
+                with m.Elif(w.phase == _Phase.NONE):
                     passes()
             with m.State("PASS"):
                 passes()
@@ -301,6 +303,7 @@ class WallDialect(wiring.Component):
             self._reply(m, w, _Text.DAMAGED)
         with command("P"):
             unless(wrong | (digits != 1) | (x > 1), _Text.SYNTAX_P, first=True)
+            unless((w.job == _Job.SLEEP) & (w.phase != _Phase.NONE), _Text.BUSY)
             with m.Elif(x == 1):
                 m.d.comb += self.wake.eq(self.sleeping)
                 with m.If(~self.sleeping):
@@ -384,7 +387,7 @@ class WallDialect(wiring.Component):
             m.d.sync += w.ready.eq(0)
         with m.If(self.renewed):
             m.d.sync += [w.sends.eq(0), w.ready.eq(0)]
-            with m.If(w.phase != _Phase.NONE):
+            with m.If((w.phase != _Phase.NONE) & (w.phase != _Phase.END)):
                 end(_Text.STOPPED)
 
         # Bits P R H M L D of the master, then of the motors.

@@ -3,6 +3,7 @@
 """`vplotter`: sessions on its line, with a plant that knows two strings and gravity alone."""
 
 import random
+from dataclasses import replace
 from fractions import Fraction
 from math import hypot
 
@@ -51,6 +52,16 @@ def apart(session: WallSession, place) -> None:
     """Check that the pen is where it should be, as far as half a step of each string says."""
     x, y = session.pen
     assert hypot(x - place[0], y - place[1]) < 2 * STEP, (x, y, place)
+
+
+def goes_on(session: WallSession) -> None:
+    """Check that it obeys after a reset, and knows its place."""
+    assert session.ask("\x18$X", "ok").endswith(b"ok\r\n")
+    before = where(session)
+    assert session.ask("$J=G91X0.1F600", "ok") == b"ok\r\n"
+    session.rest()
+    assert where(session)[0] == pytest.approx(before[0] + 0.1, abs=0.01)
+    apart(session, where(session))
 
 
 def command(session: WallSession, text: str, answer: str, within: int = 40_000) -> None:
@@ -228,14 +239,15 @@ class TestHoming:
     def test_stays_slack(self, session):
         """While a string is wound the other one is never too short for the way between."""
         session.send("$H\n")
-        while session.engine.get("alarm") or session.engine.clock < 60_000:
+        stages = 0
+        while b"ok" not in session.texts and session.engine.clock < 9_000_000:
             session.run(2000)
             plant = session.plant
+            stages |= plant.limits
             assert hangs((plant.left.length - plant.left.switch) * STEP,
                          (plant.right.length - plant.right.switch) * STEP,
                          SETTINGS.wall_width - 3 * STEP)
-            if b"ok" in session.texts:
-                break
+        assert stages == 3 and b"ok" in session.texts
 
     def test_stop_keeps_the_place(self, session):
         home(session)
@@ -247,10 +259,70 @@ class TestHoming:
         session.run(100_000)
         assert session.plant.left.steps + session.plant.right.steps == before
         session.engine.set(stop=0)
-        session.ask("\x18$X", "ok")
-        session.ask("$J=G91X0.1F600", "ok")
-        session.rest()
-        apart(session, where(session))
+        goes_on(session)
+
+    def test_no_stop_locks_it(self, session):
+        """Wherever a stop comes, with a step of a string that is not made yet or not."""
+        home(session)
+        rng = random.Random(3)
+        for number in range(25):
+            to = (10, 50) if number % 2 else (50, 12)
+            session.send(f"G1X{to[0]}Y{to[1]}F6000\n")
+            session.run(rng.randint(150_000, 900_000))
+            session.engine.set(stop=1)
+            session.run(rng.randint(1, 2000))
+            session.engine.set(stop=0)
+            goes_on(session)
+
+    @pytest.mark.parametrize("on", ["M3", "G0Z-1"])
+    def test_the_pen_is_off_where_it_may_not_draw(self, session, on):
+        home(session)
+        assert session.ask(on, "ok") == b"ok\r\n"
+        session.run(100_000)
+        session.rest(2_000_000)
+        assert session.engine.get("pen") == 1
+        session.path.clear()
+        session.send(":I00100020\n")
+        session.run(20_000)
+        assert session.engine.get("pen") == 0
+        session.take(4_000_000, b"yyyy\r\n")
+        session.engine.set(stop=1)
+        session.run(100)
+        assert session.engine.get("pen") == 0
+        session.engine.set(stop=0)
+        assert session.ask("\x18$X", "ok").endswith(b"ok\r\n")
+        session.send(":H\n")
+        session.run(100_000)
+        assert session.engine.get("pen") == 0
+
+    def test_a_stop_takes_the_pen_off_while_it_draws(self, session):
+        home(session)
+        session.send(":I00200020\n")
+        session.take(4_000_000, b"yyyy\r\n")
+        command(session, ":F00500050", "Drawing.")
+        session.run(300_000)
+        assert session.engine.get("pen") == 1
+        session.engine.set(stop=1)
+        session.run(100)
+        assert session.engine.get("pen") == 0
+
+    def test_lines_wait_for_the_end_of_a_command(self, session):
+        home(session)
+        session.send(":I00200020\n")
+        session.take(4_000_000, b"yyyy\r\n")
+        session.send(":F00300020\n$J=G91Y10F6000\n")
+        said = session.take(6_000_000, b"ok\r\n")
+        assert said.index(b"Line drawn.") < said.index(b"ok\r\n")
+        assert from_chord(session.path[0], (20, 20), (30, 20)) < 0.1 + STEP
+
+    def test_the_origin_is_restored(self, session):
+        home(session)
+        for line in ("G10L2P1X0Y0Z0", "$RST=#"):
+            assert session.ask(line, "ok").endswith(b"ok\r\n")
+        report = b""
+        while b"WCO:" not in report:
+            report = session.ask("?", ">", 20_000)
+        assert b"WCO:-60.000,-50.000,-20.000" in report
 
 
 class TestSettings:
@@ -271,3 +343,22 @@ class TestSettings:
         assert settings.steps_per_mm[0] == Fraction("203.718")
         assert settings.ticks(1768) == 360_173
         assert settings.line_baud == 9600
+
+
+@compiled
+def test_a_program_of_its_own_and_commands():
+    """Its lines are not answered, those of the line and commands are."""
+    settings = replace(SETTINGS, program=b"G91G21\nM3\nG1X1F6000\nM5\n")
+    with CXXRTLEngine(component("vplotter", VPlotter(settings=settings))) as engine:
+        session = WallSession(engine, settings, place=settings.rest)
+        session.take(20_000, GREETING)
+        assert session.ask("$X", "ok").endswith(b"ok\r\n")
+        command(session, ":S0", "00")
+        engine.set(start=1)
+        session.run(2000)
+        engine.set(start=0)
+        session.run(400_000)
+        session.rest()
+        assert session.take(20_000) == b"" and session.path[0][-1][0] > 30.9
+        for text, answer in ((":S0", "01"), ("G4P0", "ok"), (":S1", "01"), ("$X", "ok")):
+            command(session, text, answer)
