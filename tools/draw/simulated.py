@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import islice
 from typing import Any
 
 from fresa.machines.vplotter import VPlotterSettings
@@ -11,6 +12,7 @@ from ..cut_picture import duration
 from .compare import Comparison, compare
 from .curves import Polyline
 from .plan import Plan
+from .program import strokes
 from .simulation import Drawn, WallSender, build, limit, simulate, string_steps
 from .timing import Speeds
 
@@ -23,15 +25,15 @@ class Simulated:
 
     Attributes
     ----------
-    plan : Plan
-        What was asked for.
+    asked : list of list of array of complex
+        What each pen was asked to draw, by the times that it touches.
     drawn : Drawn
         What the machine has drawn.
     comparison : Comparison
         How far that is off.
     """
 
-    plan: Plan
+    asked: list[list[Polyline]]
     drawn: Drawn
     comparison: Comparison
 
@@ -44,8 +46,7 @@ class Simulated:
     def done(self) -> list[list[Polyline]]:
         """What each pen has drawn."""
         lines = iter(self.drawn.lines)
-        made = [[line for _, line in zip(part.lines, lines, strict=False)]
-                for part in self.plan.parts]
+        made = [[*islice(lines, len(part))] for part in self.asked]
         made[-1] += lines
         return made
 
@@ -64,6 +65,7 @@ class Simulated:
             "deviation_at_mm": [round(found.where.real, 3), round(found.where.imag, 3)],
             "deviation_line": found.line,
             "deviation_allowed_mm": round(found.limit, 4),
+            "lines": found.asked,
             "lines_drawn": found.drawn,
             "steps": dict(zip(("left", "right"), drawn.steps, strict=True)),
             "torn_at_mm": None if drawn.torn is None else [
@@ -134,6 +136,8 @@ def simulated(plan: Plan, settings: VPlotterSettings, speeds: Speeds,
             progress.advance(made)
 
         drawn = simulate(plan, WallSender(engine, settings, width), speeds, advance)
-    with Progress(len(plan.lines), "lines", "comparing") as progress:
-        found = compare(plan.lines, drawn.lines, limit(settings), progress.advance)
-    return Simulated(plan, drawn, found)
+    asked = [strokes(part, plan.wall, speeds.dwell) for part in plan.parts]
+    lines = [line for part in asked for line in part]
+    with Progress(len(lines), "lines", "comparing") as progress:
+        found = compare(lines, drawn.lines, limit(settings), progress.advance)
+    return Simulated(asked, drawn, found)

@@ -104,6 +104,7 @@ class WallSender(Sender):
         self._strings = [MotorString(round(abs(complex(across, y)) * self._per_mm))
                          for across in (x, settings.wall_width - x)]
         self._rows: list[NDArray[np.int32]] = []
+        self._limits = 0
         super().__init__(engine, settings, OUTPUTS, limits=0)
 
     def _follow(self, clocks: NDArray[np.int64], rows: dict[str, NDArray]) -> None:
@@ -117,8 +118,10 @@ class WallSender(Sender):
             changed[0] = False
         if changed.any():
             self._rows.append(found[:, changed])
-        self.engine.set(limits=sum((string.length < 0) << side
-                                   for side, string in enumerate(self._strings)))
+        limits = sum((string.length < 0) << side for side, string in enumerate(self._strings))
+        if limits != self._limits:
+            self._limits = limits
+            self.engine.set(limits=limits)
 
     def drawn(self, seconds: float) -> Drawn:
         """Return what was drawn so far, given what it has taken."""

@@ -60,7 +60,7 @@ class Pretended:
     def __call__(self, planned, settings, speeds):
         if isinstance(self.drawn, Exception):
             raise self.drawn
-        return simulated.Simulated(planned, self.drawn, compare(
+        return simulated.Simulated([part.lines for part in planned.parts], self.drawn, compare(
             planned.lines, self.drawn.lines, limit(settings)))
 
 
