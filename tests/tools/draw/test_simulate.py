@@ -162,6 +162,7 @@ class TestOnTheGateware:
         done = simulated.simulated(planned, settings_of(WALL, SPEEDS), SPEEDS, width=408)
         assert not done.right and done.comparison.worst > 3 and done.drawn.sound
         assert done.comparison.drawn == 4
+        assert all(np.abs(np.diff(line)).max(initial=0) < 0.2 for line in done.drawn.lines)
 
     def test_strings_that_do_not_reach_are_torn(self, planned):
         done = simulated.simulated(planned, settings_of(WALL, SPEEDS), SPEEDS, width=640)
@@ -183,7 +184,3 @@ class TestOnTheGateware:
         assert run("--simulate", "--png", "a.png") == 1
         assert capsys.readouterr().out.startswith("simulated: ")
         assert not Path("a.png").exists()
-
-    def test_all_places_are_on_the_wall(self, planned):
-        done = simulated.simulated(planned, settings_of(WALL, SPEEDS), SPEEDS)
-        assert all(np.abs(np.diff(line)).max(initial=0) < 0.2 for line in done.drawn.lines)
