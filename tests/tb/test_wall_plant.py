@@ -38,7 +38,7 @@ def test_a_wall_that_is_wider_than_was_said_lifts_the_middle_of_a_level_line():
 
 
 def test_a_straight_line_that_is_too_long_says_that_all_is_larger():
-    """With strings that are longer than was said, a wall that straightens lines is as much larger."""
+    """With strings that are longer than was said, a wall that straightens lines is larger, too."""
     places = [drawn(x, 500, longer=1.001, wider=WIDTH * 0.001) for x in (384, 884, 1384)]
     assert places[2][0] - places[0][0] == pytest.approx(1001)
     assert [y for _, y in places] == pytest.approx([500.5] * 3)

@@ -30,7 +30,8 @@ ABOUT = """\
 Brings a drawing, FILE.svg, onto the wall of a hanging plotter: every shape by its outline, as large
 as the wall allows or as large as you say, each pen's part in an order with little travel. Prints
 how long the lines are and about how long it takes; writes what you ask for: G-code, a picture, the
-commands of the plotter's first firmware; or sends it to the machine.
+commands of the plotter's first firmware; or sends it to the machine. With --simulate it is drawn on
+the machine's gateware first, by simulation, with the strings and the pen that hangs from them.
 
 A pen has one width, so fills are not filled. What no pen can draw is refused or named: text must be
 paths (in Inkscape: Path > Object to Path); images, clipping, masks, filters and dashes are left out
@@ -55,12 +56,17 @@ examples:
   python -m tools.draw card.svg --own-size --at 500,700 --out card.gcode
       As large as in the file, its upper left corner 500 mm from the left and 700 mm from the top.
 
+  python -m tools.draw flower.svg --simulate --png flower.png
+      Let the gateware draw it, and say how far its pen is from the drawing at most, where, and how
+      long the machine takes; the picture shows what it has drawn, and that place magnified.
+
   python -m tools.draw flower.svg --to /dev/ttyUSB0 --home
       Home the plotter, and draw. Ctrl-C, or p and Return, holds; Return goes on; Ctrl-C again, or
       q and Return, ends with the pen raised.
 
-exit status: 0 if all is done, 1 if the machine cannot go on, 2 if the drawing or the port is not
-right, 130 if you ended it.
+exit status: 0 if all is done, 1 if the machine cannot go on or its simulation draws anything else,
+2 if the drawing or the port is not right, or there is no C++ compiler for --simulate, 130 if you
+ended it.
 """
 
 
@@ -87,6 +93,8 @@ def main(argv: list[str] | None = None) -> int:
     from .wall import Wall
 
     wall = Wall(*args.wall, top=args.top, margin=args.margin, rest=args.rest)
+    speeds = Speeds(args.feed, args.rapid, args.acceleration, dwell=args.dwell)
+    settings = _simulated_machine(wall, speeds) if args.simulate else None
     with Progress(1, "files", f"reading {args.file.name}"):
         drawing = read_drawing(args.file)
     if notes := drawing.notes():
@@ -95,15 +103,22 @@ def main(argv: list[str] | None = None) -> int:
         drawing, wall, pens=args.pens, tolerance=args.tolerance, width=args.width,
         scale=1.0 if args.own_size else None, at=args.at, effort=args.effort,
         vpype=_uses_vpype(args.sort), progress=Progress)
-    speeds = Speeds(args.feed, args.rapid, args.acceleration, dwell=args.dwell)
     facts = {"file": str(args.file), **planned.facts(speeds)}
-    lines = report(facts)
-    files = _files(planned, facts, lines, args)
+    lines, done = report(facts), None
+    if settings is not None:
+        done = _simulate(planned, settings, speeds)
+        if done is None:
+            return 1
+        facts["simulated"] = done.facts()
+        lines += done.report()
+    files = _files(planned, facts, lines, args, done)
     write_files_atomically(files)
     for line in lines:
         say(line)
     for path in files:
         say(f"wrote {path}")
+    if done is not None and not done.right:
+        return 1
     return _send(planned, args) if args.to is not None else 0
 
 
@@ -128,8 +143,32 @@ def report(facts: dict[str, Any]) -> list[str]:
     ]
 
 
-def _files(planned: Any, facts: dict[str, Any], lines: list[str], args: argparse.Namespace
-           ) -> dict[Path, bytes]:
+def _simulated_machine(wall: Any, speeds: Any) -> Any:
+    """Return the machine that is to be simulated, if it can be: before all that takes long."""
+    from tb.engines import choose
+
+    from .simulation import settings_of
+
+    choose("cxxrtl")  # raises what is to be installed
+    return settings_of(wall, speeds)
+
+
+def _simulate(planned: Any, settings: Any, speeds: Any) -> Any:
+    """Draw in simulation, if the machine does not give up."""
+    from fresa_host.errors import MachineError
+
+    from ..gcode.sender import FaultShown
+    from .simulated import simulated
+
+    try:
+        return simulated(planned, settings, speeds)
+    except (MachineError, FaultShown) as error:
+        say(f"simulated: {error}")
+        return None
+
+
+def _files(planned: Any, facts: dict[str, Any], lines: list[str], args: argparse.Namespace,
+           done: Any) -> dict[Path, bytes]:
     """Return the contents of the files that are asked for."""
     from .picture import draw_wall
     from .program import gcode, original
@@ -148,7 +187,9 @@ def _files(planned: Any, facts: dict[str, Any], lines: list[str], args: argparse
     if args.png is not None:
         with Progress(1, "pictures", "drawing the wall"):
             about = [line for line in lines if not line.startswith("pen ")]  # drawn anyway
-            files[args.png] = encode(draw_wall(planned.parts, planned.wall, args.file.name, about))
+            files[args.png] = encode(draw_wall(
+                planned.parts, planned.wall, args.file.name, about,
+                *(() if done is None else (done.done, done.worst))))
     if args.json is not None:
         files[args.json] = (json.dumps(facts, indent=2) + "\n").encode()
     return files
@@ -238,6 +279,9 @@ def _parser() -> argparse.ArgumentParser:
     group.add_argument("--out", metavar="FILE", type=Path, help="write G-code")
     group.add_argument("--png", metavar="FILE", type=Path, help="draw the wall with it")
     group.add_argument("--json", metavar="FILE", type=Path, help="write the figures")
+    group.add_argument("--simulate", action="store_true",
+                       help="draw on the gateware first, and compare; building the machine takes "
+                            "about a minute, once for each wall")
     group.add_argument("--original", metavar="FILE", type=Path,
                        help="write the commands of the first firmware (:I, :F), in whole mm; of "
                             "several pens, a file each: FILE-1, FILE-2")

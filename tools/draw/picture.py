@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Sequence
 from math import ceil, hypot
 
+import numpy as np
 from PIL import Image, ImageColor, ImageDraw, ImageFont
 
 from ..picture import CUT, PAPER
@@ -13,8 +14,9 @@ __all__ = ["draw_wall", "pen_colours", "travels"]
 
 Colour = tuple[int, int, int]
 
-WALL, EDGE, AREA, TRAVEL, DONE = (
-    (250, 248, 244), (160, 150, 135), (222, 216, 206), (130, 160, 195), (235, 120, 60))
+WALL, EDGE, AREA, TRAVEL, ASKED, WORST = (
+    (250, 248, 244), (160, 150, 135), (222, 216, 206), (130, 160, 195), (60, 60, 66),
+    (235, 120, 60))
 PALETTE: tuple[Colour, ...] = (
     (31, 31, 36), (200, 50, 40), (30, 90, 180), (35, 140, 70), (150, 60, 160), (205, 120, 20),
     (20, 140, 150), (120, 80, 50))
@@ -22,6 +24,9 @@ PALETTE: tuple[Colour, ...] = (
 
 PIXELS, MARGIN, TEXT, TITLE, LINE = 1000, 36, 15, 20, 22
 """The longer side of the wall; the margin around it; sizes of text, and height of a line of it."""
+
+LENS, LENS_MM = 240, 1.6
+"""Side of the square below the wall that shows a place magnified, and at least how much of it."""
 
 SCALE = 2
 """Drawn so many times as large, and reduced: edges are smooth then."""
@@ -101,7 +106,8 @@ class _Canvas:
 
 
 def draw_wall(parts: Sequence[Part], wall: Wall, title: str, facts: Sequence[str] = (),
-              done: Sequence[Polyline] = ()) -> Image.Image:
+              done: Sequence[Sequence[Polyline]] = (), worst: tuple[complex, float] | None = None
+              ) -> Image.Image:
     """Draw a wall with what is on it.
 
     Parameters
@@ -114,30 +120,37 @@ def draw_wall(parts: Sequence[Part], wall: Wall, title: str, facts: Sequence[str
         What stands on top.
     facts : sequence of str
         Lines below the wall.
-    done : sequence of array of complex
-        What a pen has drawn, if that is known: wide, below what was asked for.
+    done : sequence of sequence of array of complex
+        What each pen has drawn, if that is known: in its colour, over thin lines of what it was
+        asked to draw.
+    worst : tuple of complex and float, optional
+        A place that is also drawn magnified, and how far off the pen was there, in mm.
 
     Returns
     -------
     PIL.Image.Image
         The drawing, in colour.
     """
-    canvas = _Canvas(wall, len(facts) + len(parts))
+    rows = len(facts) + len(parts)
+    canvas = _Canvas(wall, rows if worst is None else max(rows, LENS // LINE + 2))
     whole = complex(wall.width, wall.height)
     canvas.box(0, whole, WALL, EDGE)
     canvas.box(wall.low, wall.high, None, AREA)
     for corner in (0j, complex(wall.width)):
         canvas.line([corner, wall.resting], AREA, 1)
         canvas.line([corner], EDGE, 7)
-    for line in done:
-        canvas.line(line, DONE, 5)
     for start, end in travels(parts, wall.resting):
         canvas.dashes(start, end, TRAVEL)
     colours = pen_colours(parts)
     for part, colour in zip(parts, colours, strict=True):
         for line in part.lines:
-            canvas.line(line, colour, 1)
+            canvas.line(line, ASKED if done else colour, 1)
+    for lines, colour in zip(done, colours, strict=False):
+        for line in lines:
+            canvas.line(line, colour, 1.5)
     canvas.line([wall.resting], TRAVEL, 4)
+    if worst is not None:
+        _magnify(canvas, parts, list(zip(done, colours, strict=False)), *worst)
 
     canvas.text(MARGIN, MARGIN, _plain(title), TITLE)
     y = canvas.top + canvas.height + MARGIN
@@ -150,6 +163,37 @@ def draw_wall(parts: Sequence[Part], wall: Wall, title: str, facts: Sequence[str
         canvas.text(MARGIN, y, _plain(text))
         y += LINE
     return canvas.image.reduce(SCALE)
+
+
+def _magnify(canvas: _Canvas, parts: Sequence[Part],
+             done: Sequence[tuple[Sequence[Polyline], Colour]], place: complex, off: float) -> None:
+    """Mark a place, and draw what is there in a square at the lower right."""
+    across = max(LENS_MM, 4 * off)
+    side = LENS * SCALE
+    square = Image.new("RGB", (side, side), WALL)
+    draw = ImageDraw.Draw(square)
+
+    def pixels(points: Sequence[complex] | Polyline) -> list[tuple[float, float]]:
+        found = (np.asarray(points) - place) / across * side + side / 2 * (1 + 1j)
+        return [(point.real, point.imag) for point in found.tolist()]
+
+    for lines, colour in done:
+        for line in lines:
+            near = np.flatnonzero(np.abs(line - place) < across)
+            for run in np.split(near, np.flatnonzero(np.diff(near) > 1) + 1):
+                if len(run) > 1:
+                    draw.line(pixels(line[run]), colour, 2 * SCALE)
+    for part in parts:
+        for line in part.lines:
+            if len(line) > 1:
+                draw.line(pixels(line), ASKED, SCALE)
+    draw.rectangle((0, 0, side - 1, side - 1), None, WORST, SCALE)
+    x, y = canvas.at(place)
+    ring = 7 * SCALE
+    canvas.draw.ellipse((x - ring, y - ring, x + ring, y + ring), None, WORST, SCALE)
+    left, top = canvas.left + canvas.width - LENS, canvas.top + canvas.height + MARGIN // 2
+    canvas.image.paste(square, (left * SCALE, top * SCALE))
+    canvas.text(left, top + LENS + LINE // 2, f"{across:.2g} mm, magnified")
 
 
 def _plain(text: str) -> str:

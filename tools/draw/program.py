@@ -8,16 +8,21 @@ from typing import NamedTuple
 import numpy as np
 
 from ..console import UserError
+from .curves import Polyline
 from .order import simplified
 from .wall import Part, Wall
 
-__all__ = ["Section", "gcode", "number", "original", "sections"]
+__all__ = ["Section", "gcode", "number", "original", "sections", "strokes"]
 
 DECIMALS = 2
 """Of a coordinate in G-code: a hundredth of a millimetre is a quarter of a step."""
 
 MOST_ORIGINAL = 9999
 """Millimetres that the four digits of a coordinate can say."""
+
+DOT_S = 0.1
+"""Seconds that the pen is down for a dot at least: of ``M3`` and ``M5`` without a movement or a
+dwell between them the machine makes nothing."""
 
 ORIGINAL_TOLERANCE = 0.5
 """Of its whole millimetres."""
@@ -59,21 +64,38 @@ def sections(parts: Sequence[Part], wall: Wall, feed: float, dwell: float = 0.0)
         lines.append(f"({_comment(f'pen {index + 1} of {len(parts)}: {part.name}')})")
         for line in part.lines:
             start, *moves = _moves([_words(place, wall) for place in line], feed)
-            lines += [start, "M3 S1000", *pause, *moves, "M5", *pause]
+            down = pause if moves else [f"G4 P{number(max(dwell, DOT_S), 3)}"]
+            lines += [start, "M3 S1000", *down, *moves, "M5", *pause]
         lines.append(f"G0 {' '.join(_words(wall.resting, wall))}")
         made.append(Section(part.name, lines))
     made[-1].lines.append("M2")
     return made
 
 
+def strokes(part: Part, wall: Wall, dwell: float = 0.0) -> list[Polyline]:
+    """Return the lines of a part, those joined between which the pen is not raised.
+
+    It is not where a line begins at the end of the one before: between ``M5`` and ``M3`` there is
+    neither a movement nor a dwell.
+    """
+    joined: list[list[Polyline]] = []
+    for line in part.lines:
+        if joined and not dwell and _words(joined[-1][-1][-1], wall) == _words(line[0], wall):
+            joined[-1].append(line)
+        else:
+            joined.append([line])
+    return [np.concatenate(lines) for lines in joined]
+
+
 def _moves(points: Sequence[tuple[str, str]], feed: float) -> Iterator[str]:
-    """Yield the line that leads to the first point, and those that draw: words that change."""
+    """Yield the line that leads to the first point, and those that draw: words that change.
+
+    A dot has none that draws.
+    """
     points = [points[0], *(b for a, b in pairwise(points) if a != b)]
     yield f"G0 {' '.join(points[0])}"
-    if len(points) == 1:  # a dot
-        points *= 2
     for index, (a, b) in enumerate(pairwise(points)):
-        words = " ".join([new for new, old in zip(b, a, strict=True) if new != old] or b)
+        words = " ".join(new for new, old in zip(b, a, strict=True) if new != old)
         yield words if index else f"G1 {words} F{number(feed)}"
 
 

@@ -1,43 +1,25 @@
-"""A G-code machine in simulation: a sender at its serial line, and the steps at its pins.
-
-Time goes by in slices, at whose ends the sender takes what the machine has sent. So an answer is
-read up to a slice late, as by a computer behind USB.
-"""
+"""A G-code machine in simulation: a sender at its serial line, and the steps at its pins."""
 
 from array import array
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 from vcd import VCDWriter
 
 from fresa.machines.gcode import AXES, GCodeSettings
-from fresa_host.gcode_lines import RESUME
-from fresa_host.gcode_session import GCodeSession
-from fresa_host.session import Waiting
 from tb.engines import Engine
-from tb.uart import FRAME, Decoder, levels
+
+from .sender import Sender
 
 __all__ = ["OUTPUTS", "Pins", "Simulation", "Steps", "outputs_of"]
-
-T = TypeVar("T")
 
 OUTPUTS = ("tx", "step", "direction", "enable", "spindle", "reverse", "mist", "flood", "moving",
            "alarm", "fault")
 
 OF_SECOND = ("second_step", "second_direction")
 """Those of a second motor."""
-
-SLICE_S = 0.002
-"""Seconds of the machine in a slice."""
-
-QUIET_S = 0.02
-"""Seconds without a movement after which none is to come: a line is planned in much less."""
-
-POLL_S = 0.2
-"""Seconds between two requests for status while it moves and no answer is awaited."""
 
 
 def outputs_of(settings: GCodeSettings) -> tuple[str, ...]:
@@ -113,7 +95,7 @@ class Pins:
         self._file.close()
 
 
-class Simulation:
+class Simulation(Sender):
     """A machine that runs, and a session with it.
 
     Parameters
@@ -127,70 +109,22 @@ class Simulation:
 
     Attributes
     ----------
-    session : GCodeSession
-        The sender.
-    engine : Engine
-        The machine.
-    steps_made : int
-        Steps at the pins so far.
-    pauses : int
-        How often it was started again after M0.
     apart : int
         Steps that one motor of an axis with two has made without the other one, or another way.
     """
 
     def __init__(self, engine: Engine, settings: GCodeSettings, pins: Pins | None = None) -> None:
-        self.engine = engine
-        self.session = GCodeSession(name="the simulation", baud=settings.line_baud)
-        self.steps_made = self.pauses = self.apart = 0
-        self._settings, self._pins = settings, pins
-        self._bit = settings.bit
-        self._slice = round(SLICE_S * settings.clock)
-        self._decoder = Decoder(self._bit)
-        self._waiting = b""
-        self._high = self._second_high = self._reports = 0
-        self._outputs = outputs_of(settings)
+        self.apart = 0
+        self._pins = pins
+        self._high = self._second_high = 0
         self._clocks, self._masks = array("q"), bytearray()
         self._end = np.zeros(AXES, np.int64)
         self._inverted = np.uint8(settings.store.get(3, 0))
         # Switches that open when they are met are closed while nothing is met.
         closed = int(settings.store.get(5, 0))
-        engine.set(rx=1, limits=((1 << AXES) - 1) * closed)
-        if settings.second_axis is not None:
-            engine.set(second_limit=closed)
-        self._run(10 * FRAME * self._bit)
-
-    @property
-    def seconds(self) -> float:
-        """Time of the machine since power-up."""
-        return self.engine.clock / self._settings.clock
-
-    def do(self, steps: Waiting[T], progress: Callable[[int], None] = lambda made: None) -> T:
-        """Carry out an operation of the session; a pause of the program is ended at once.
-
-        Parameters
-        ----------
-        steps : generator
-            The operation.
-        progress : callable
-            Called repeatedly with the steps made since the last call.
-        """
-        operation = self.session.begin(steps, self.seconds)
-        while not operation.done:
-            self._advance(progress)
-        return operation.result()
-
-    def finish(self, progress: Callable[[int], None] = lambda made: None) -> float:
-        """Wait until nothing moves; return when the last movement ended, in seconds."""
-        end, poll = self.seconds, self.seconds + POLL_S
-        while self.seconds - end < QUIET_S:
-            if self.seconds >= poll:
-                self.do(self.session.report(), progress)
-                poll = self.seconds + POLL_S
-            self._advance(progress)
-            if self.engine.get("moving"):
-                end = self.seconds
-        return end
+        second = {"second_limit": closed} if settings.second_axis is not None else {}
+        super().__init__(engine, settings, outputs_of(settings),
+                         limits=((1 << AXES) - 1) * closed, **second)
 
     def end(self) -> NDArray[np.int64]:
         """Return where the motors are, in steps from where they began."""
@@ -204,47 +138,7 @@ class Simulation:
                            .astype(np.int8) for axis in range(AXES)], axis=1)
         return Steps(np.frombuffer(self._clocks, np.int64), change)
 
-    def _advance(self, progress: Callable[[int], None]) -> None:
-        """Make a slice, and give the session what has come."""
-        session, before = self.session, self.steps_made
-        data = self._waiting + b"".join(output.data for output in session.take_outputs())
-        count = max(1, self._slice // (FRAME * self._bit))
-        self._waiting = data[count:]
-        received = self._send(data[:count]) if data else self._run(self._slice)
-        session.receive(received, self.seconds)
-        session.tick(self.seconds)
-        if session.reports != self._reports:
-            self._reports = session.reports
-            if session.status is not None and session.status.state == "Hold":
-                self._waiting += RESUME
-                self.pauses += 1
-        progress(self.steps_made - before)
-
-    def _run(self, clocks: int) -> bytes:
-        # What `_send` has seen is no run, so that a run does not go on from there.
-        start, before = self.engine.clock, self.engine.get(*self._outputs)
-        changes = self.engine.run(clocks, self._outputs)
-        return self._take(np.concatenate([[start], changes.clock]), {
-            name: np.concatenate([[level], changes[name]])
-            for name, level in zip(self._outputs, before, strict=True)})
-
-    def _send(self, data: bytes) -> bytes:
-        """Put bytes on the line; return those that came meanwhile."""
-        line, start = levels(data, self._bit), self.engine.clock
-        rows = self.engine.apply({"rx": line}, self._outputs)
-        changed = np.zeros(len(line), bool)
-        changed[0] = True
-        for values in (*rows.values(), line):
-            changed[1:] |= values[1:] != values[:-1]
-        where = np.flatnonzero(changed)
-        rows["rx"] = line
-        return self._take(start + where, {name: values[where] for name, values in rows.items()})
-
-    def _take(self, clocks: NDArray[np.int64], rows: dict[str, NDArray]) -> bytes:
-        """Take changes of the pins; return the bytes that came."""
-        received = [self._decoder.feed(clock, level) for clock, level in zip(
-            clocks.tolist(), rows["tx"].tolist(), strict=True)]
-        received.append(self._decoder.feed(self.engine.clock, self.engine.get("tx")))
+    def _follow(self, clocks: NDArray[np.int64], rows: dict[str, NDArray]) -> None:
         step = rows["step"].astype(np.uint8)
         rises = step & ~np.concatenate([[np.uint8(self._high)], step[:-1]])
         self._high = int(step[-1])
@@ -259,12 +153,9 @@ class Simulation:
             made = int(np.count_nonzero(rises >> axis & 1))
             self.steps_made += made
             self._end[axis] += made - 2 * np.count_nonzero(back >> axis & 1)
-        if rows["fault"].any():
-            raise RuntimeError(f"the machine shows a fault at clock {self.engine.clock}")
         if self._pins is not None:
             self._pins.write(clocks.tolist(),
                              {name: values.tolist() for name, values in rows.items()})
-        return b"".join(received)
 
     def _compare(self, axis: int, rows: dict[str, NDArray], rises: NDArray, ahead: NDArray) -> None:
         """Count the steps that the motors of an axis do not make together."""

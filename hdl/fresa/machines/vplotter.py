@@ -168,7 +168,8 @@ class VPlotter(GCode):
     that, or after homing has failed, it takes for granted that it hangs at the place of rest.
 
     The pen touches while a command draws, after M3 and M4 until M5, and where Z is below 0; but not
-    while a command goes to a start point, in a homing cycle, an alarm, a stop or a sleep. Motors turn the other way with bits 0 and 1 of $3.
+    while a command goes to a start point, in a homing cycle, an alarm, a stop or a sleep. Motors
+    turn the other way with bits 0 and 1 of $3.
 
     Parameters
     ----------

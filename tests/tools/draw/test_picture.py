@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from tools.draw.picture import DONE, PALETTE, draw_wall, pen_colours, travels
+from tools.draw.picture import ASKED, PALETTE, WORST, draw_wall, pen_colours, travels
 from tools.draw.wall import Part, Wall
 
 WALL = Wall(1000, 800, top=100, margin=50, rest=500 + 700j)
@@ -25,9 +25,12 @@ def test_pens_have_their_colours():
 
 
 def test_what_was_done_is_drawn_over_what_was_asked_for():
-    done = [np.array([100 + 205j, 900 + 195j])]
+    done = [[np.array([100 + 245j, 900 + 195j])]]
     plain, both = (draw_wall([RED], WALL, "title", done=each) for each in ([], done))
-    assert share(plain, DONE) < 200 < 1000 < share(both, DONE)
+    assert share(plain, ASKED, 20) < share(both, ASKED, 20) / 2  # a thin line of its own
+    assert share(both, (255, 0, 0)) > 500 > 100 > share(both, WORST, 20)
+    marked = draw_wall([RED], WALL, "title", done=done, worst=(400 + 225j, 20))
+    assert share(marked, WORST, 20) > 500 and marked.size[1] > both.size[1]
 
 
 def test_the_ways_with_the_pen_up():

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from fresa_host.gcode_lines import program
 from tb.models.gcode_language import Interpreter, Line, Pause, Spindle, words
 from tools.console import UserError
-from tools.draw.program import gcode, number, original, sections
+from tools.draw.program import gcode, number, original, sections, strokes
 from tools.draw.wall import Part, Wall
 
 WALL = Wall(2000, 1500)
@@ -53,8 +53,6 @@ def test_gcode_says_the_same_lines(lines, dwell):
         exact = np.round(line, 2)
         kept = np.append(True, np.abs(np.diff(exact)) > 1e-6)
         expected = exact[kept]
-        if len(expected) == 1:
-            expected = np.repeat(expected, 2)
         assert len(seen) == len(expected) and np.abs(seen - expected).max() < 0.0151
 
 
@@ -80,7 +78,17 @@ def test_pens_are_changed_at_rest_with_the_pen_up():
 
 def test_a_dot_is_put_down():
     text = gcode([Part("a", "#000000", LINES[1:])], WALL, 1200)
-    assert "G0 X700 Y700\nM3 S1000\nG1 X700 Y700 F1200\nM5" in text
+    assert "G0 X700 Y700\nM3 S1000\nG4 P0.1\nM5\n" in text
+    text = gcode([Part("a", "#000000", LINES[1:])], WALL, 1200, 0.3)
+    assert "G0 X700 Y700\nM3 S1000\nG4 P0.3\nM5\nG4 P0.3\n" in text
+
+
+def test_a_pen_is_not_raised_between_lines_that_meet():
+    lines = [np.array([0, 10]), np.array([10.001, 10j]), np.array([20j, 30]), np.array([30, 30])]
+    part = Part("a", "#000000", [line.astype(complex) for line in lines])
+    joined = strokes(part, WALL)
+    assert [line.tolist() for line in joined] == [[0, 10, 10.001, 10j], [20j, 30, 30, 30]]
+    assert len(strokes(part, WALL, 0.1)) == 4
 
 
 @pytest.mark.parametrize(("value", "text"), [

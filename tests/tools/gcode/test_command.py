@@ -96,7 +96,7 @@ class TestGateware:
         def interrupted(*_, **__):
             raise KeyboardInterrupt
 
-        monkeypatch.setattr("tools.gcode.simulation.GCodeSession.stream", interrupted)
+        monkeypatch.setattr("tools.gcode.sender.GCodeSession.stream", interrupted)
         before = sorted(tmp_path.iterdir())
         assert run(program, *MACHINE, "--png", tmp_path / "a.png", "--vcd", tmp_path / "a.vcd"
                    ) == 130
@@ -139,7 +139,7 @@ class TestGateware:
         assert "WRONG: the two motors of y made " in capsys.readouterr().out
 
     def test_an_alarm(self, program, monkeypatch, capsys):
-        session = "tools.gcode.simulation.GCodeSession"
+        session = "tools.gcode.sender.GCodeSession"
         monkeypatch.setattr(f"{session}.stream", lambda self, blocks: (
             self._take(Message("alarm", "ALARM:1", 1)), self._check(), (yield 0)))
         assert run(program, *MACHINE) == 1
