@@ -7,8 +7,7 @@ from amaranth import Array, Cat, Module, Mux, Value
 from fresa.protocol import HomingStage, LineEnd, WallDialect, wall_dialect
 from fresa.protocol.wall_dialect import _Job, _Phase, _Text
 
-from .contract import Bits, Case, Component, Contract
-from .text import TEXT
+from .contract import Bits, Case, Component, Contract, Unknown
 
 __all__ = ["WALL_DIALECT"]
 
@@ -20,6 +19,9 @@ MANY = 15
 
 def describe(c: Contract, dut: WallDialect) -> None:
     """Lines pass unchanged, a command is answered or begun, and nothing is said within a line."""
+    short = isinstance(c.part("texts"), Unknown)
+    if short:
+        _assume_parts(c)
     lines, items, says = dut.lines, dut.items, dut.bytes
     taken, given = lines.valid & lines.ready, items.valid & items.ready
     item = lines.payload.as_value()
@@ -28,8 +30,6 @@ def describe(c: Contract, dut: WallDialect) -> None:
     known = c.past(~anew)
     byte, ends = lines.p.byte, lines.p.end
     phase, job, replies, reply = (c.signal(name) for name in ("phase", "job", "replies", "reply"))
-    if not c.upset:
-        c.restrict_covers(~c.rst)
 
     # Lines stay until taken; an answer is to a line. With a reset lines begin anew.
     c.assume(~known | ~c.past(lines.valid & ~lines.ready)
@@ -78,6 +78,10 @@ def describe(c: Contract, dut: WallDialect) -> None:
     numbers = [c.keep(14, name=f"number_{name}") for name in "xy"]
     named = c.keep(1, name="named")
     digit = (byte >= ord("0")) & (byte <= ord("9"))
+    if not c.upset:  # a number is 0, or begins with 1: there is less to try
+        c.restrict_covers(~c.rst & (
+            ~(lines.valid & within & commands & named & ~ends) | (byte == ord("0"))
+            | ((byte == ord("1")) & (count == 0))))
     with c.m.If(first & taken):
         c.m.d.sync += [letter.eq(0), count.eq(0), bad.eq(0), named.eq(0),
                        *(each.eq(0) for each in numbers)]
@@ -203,19 +207,17 @@ def describe(c: Contract, dut: WallDialect) -> None:
         c.m.d.sync += said.eq(says.payload != ord("\n"))
     with c.m.If(c.rst):
         c.m.d.sync += said.eq(0)
-    if isinstance(dut, _Brief) and not c.upset:
-        c.keeps("texts", TEXT)
-        sends, sent = (c.kept[f"texts:{name}"] for name in ("sending", "sent"))
-        number = c.kept["texts:number"]
+    if short:
         c.implication("stable-until-ready", "A byte that is offered stays until it is taken.",
                       when=goes_on & c.past(says.valid & ~says.ready) & ~dut.fault,
                       then=says.valid & (says.payload == c.past(says.payload)))
         c.implication("whole-lines", "Between texts a whole line is said, or nothing of one.",
                       when=speak("REST", "PIECE", "GIVE", "NUMBER", "WRITE", "END"), then=~said)
+        sends, sent, number = (c.kept[name] for name in ("text_sends", "text_sent", "text"))
         c.invariant("texts", "Texts are those of what is said, and end a line.", Cat(
             ~speak("REPLY", "TELL") | ~sends | (number == Mux(speak("TELL"), c.signal("event"),
                                                               reply)),
-            ~speak("REPLY", "TELL") | (said == (sends & (sent == 1))),
+            ~speak("REPLY", "TELL") | (said == (sends & sent)),
             ~replies | (reply <= _Text.SYNTAX_S) | (reply == _Text.STATE),
             ~c.signal("tells") | (c.signal("event") <= _Text.SYNTAX_S),
             c.signal("outcome") <= _Text.SYNTAX_S,
@@ -293,36 +295,66 @@ def _lemmas(c: Contract, dut: WallDialect, within: Bits, commands: Bits, complet
         ~state("ACT") | (c.signal("damaged")
                          == (c.kept["status"] != LineEnd.GOOD.value))).all(),
         cover=state("DIGITS"), lemma=True)
-    writer, piece = c.state("writer.writer_state"), c.signal("piece")
+    piece, rests = c.signal("piece"), ~c.kept.get("writes", 0)
+    if not isinstance(c.part("writer"), Unknown):
+        writer = c.state("writer.writer_state")
+        rests = writer("REST")
+        c.invariant("writer", "The writer is as it shall be.",
+                    ~writer("FAULT") & ~writer.is_unused(), cover=writer("DIGIT"), lemma=True)
     jogs = speak("PIECE", "GIVE") & (piece == _Text.LINE_Y)
     c.invariant("numbers", "The second number follows the first.",
                 Cat(~speak("PIECE", "GIVE", "NUMBER") | (which == c.signal("second")),
                     ~speak("WRITE") | which, ~jogs | which,
-                    speak("WRITE") | writer("REST")).all(), cover=which, lemma=True)
-    c.invariant("writer", "The writer is as it shall be.",
-                ~writer("FAULT") & ~writer.is_unused(), cover=writer("DIGIT"), lemma=True)
+                    speak("WRITE") | rests).all(), cover=which, lemma=True)
+
+
+def _assume_parts(c: Contract) -> None:
+    """Let texts of two bytes, CR and LF, and parts of lines of one come, and numbers of any."""
+    for path in ("texts", "writer"):
+        c.unknown(path)
+    texts, writer = c.part("texts"), c.part("writer")
+    sends, sent = c.keep(1, name="text_sends"), c.keep(1, name="text_sent")
+    number = c.keep(5, name="text")
+    said = number <= _Text.SYNTAX_S
+    given = texts.bytes.valid & texts.bytes.ready
+    with c.m.If(texts.numbers.valid & texts.numbers.ready):
+        c.m.d.sync += [sends.eq(1), sent.eq(0), number.eq(texts.numbers.payload)]
+    with c.m.Elif(given):
+        c.m.d.sync += [sends.eq(said & ~sent), sent.eq(1)]
+    c.assume(texts.numbers.ready == ~sends)
+    c.assume(texts.bytes.valid == (sends & c.past(sends)))
+    c.assume(texts.bytes.payload == Mux(~said, ord("F"), Mux(sent, ord("\n"), ord("\r"))))
+    writes = c.keep(1, name="writes")
+    ends = c.free(1, name="number_ends")
+    with c.m.If(writer.numbers.valid & writer.numbers.ready):
+        c.m.d.sync += writes.eq(1)
+    with c.m.Elif(writer.bytes.valid & writer.bytes.ready & ends):
+        c.m.d.sync += writes.eq(0)
+    c.assume((writer.numbers.ready == ~writes) & ~writer.fault & (writes | ~writer.bytes.valid))
+    with c.m.If(c.rst):
+        c.m.d.sync += [sends.eq(0), writes.eq(0)]
 
 
 class _Brief(WallDialect):
-    """Says two bytes of each text at most, and waits less."""
+    """Without what has texts and writes numbers, and it waits less."""
 
     def elaborate(self, platform) -> Module:
-        real = wall_dialect.wall_texts
+        def instead(real):
+            return lambda *values, **parameters: Unknown(real(*values, **parameters))
 
-        def brief(**parameters) -> list[bytes]:
-            return [text[-2:] for text in real(**parameters)]
-
-        with (patch.object(wall_dialect, "wall_texts", brief),
+        with (patch.dict(vars(wall_dialect), {
+                name: instead(getattr(wall_dialect, name))
+                for name in ("TextSource", "DecimalWriter")}),
               patch.object(wall_dialect, "SETTLE", 1)):
             return super().elaborate(platform)
 
 
 def make(*, brief: bool = False, **parameters) -> WallDialect:
-    """Make it, or one that says little."""
+    """Make it, or without what is long."""
     return (_Brief if brief else WallDialect)(**parameters)
 
 
-FEW = {"width": 3, "top": 1, "height": 4, "feed": 5, "brief": True}
+FEW = {"width": 3, "top": 0, "height": 4, "feed": 5, "brief": True}
 
 WALL_DIALECT = Component(
     make=make, describe=describe, depth=34,
