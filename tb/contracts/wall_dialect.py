@@ -61,9 +61,9 @@ def describe(c: Contract, dut: WallDialect) -> None:
     c.implication("no-other-is-taken", "A line that is taken passes, or is a command.",
                   when=taken & ~command, then=given & ~dut.own)
     c.implication("passes-at-once", "It passes at once, unless the line before is not answered, "
-                  "or one of a command is on its way.",
+                  "or what a command has begun goes on.",
                   when=lines.valid & ~command & ~waits & ~dut.own & ~dut.fault
-                  & ~c.state("wall_state")("ACT", "WAKE"), then=items.valid)
+                  & (begun | (phase == _Phase.NONE)) & ~c.state("wall_state")("ACT", "WAKE"), then=items.valid)
     c.implication("commands-do-not-pass", "A line that begins with a colon does not pass.",
                   when=command & lines.valid & items.valid, then=dut.own)
     c.implication("answered-before-the-next", "A line begins when the one before is answered.",
@@ -110,7 +110,8 @@ def describe(c: Contract, dut: WallDialect) -> None:
     busy = (phase != _Phase.NONE) | dut.moving
     wall = (x <= dut.width) & (y >= dut.top) & (y <= dut.height)
     ready, sleeping = c.signal("ready"), dut.sleeping
-    powers = formed & is_("P") & (x == 1)
+    releases = (job == _Job.SLEEP) & (phase != _Phase.NONE)
+    powers = formed & is_("P") & (x == 1) & ~releases
     tells_state = formed & is_("S")
     starts = formed & ~busy & (
         (is_("P") & (x == 0)) | is_("H") | (is_("I") & dut.homed & wall)
@@ -158,6 +159,8 @@ def describe(c: Contract, dut: WallDialect) -> None:
     c.implication("own", "An answer belongs to the line of a command until that is answered.",
                   when=known & c.past(dut.own), then=dut.own == c.past(~dut.answered))
     c.implication("own-of-commands", "And to no other.", when=dut.own, then=asked)
+    c.invariant("lifts", "The pen is off while a command goes to a start point, until that is said.",
+                dut.lifts == ((job == _Job.GO) & (phase != _Phase.NONE)), cover=asked)
     c.implication("reset-ends-what-began", "A reset ends what a command began.",
                   when=goes_on & c.past(dut.renewed),
                   then=~dut.own & ~dut.pen & ~ready & ((phase == _Phase.NONE)
