@@ -63,7 +63,8 @@ def describe(c: Contract, dut: WallDialect) -> None:
     c.implication("passes-at-once", "It passes at once, unless the line before is not answered, "
                   "or what a command has begun goes on.",
                   when=lines.valid & ~command & ~waits & ~dut.own & ~dut.fault
-                  & (begun | (phase == _Phase.NONE)) & ~c.state("wall_state")("ACT", "WAKE"), then=items.valid)
+                  & (begun | (phase == _Phase.NONE)) & ~c.state("wall_state")("ACT", "WAKE"),
+                  then=items.valid)
     c.implication("commands-do-not-pass", "A line that begins with a colon does not pass.",
                   when=command & lines.valid & items.valid, then=dut.own)
     c.implication("answered-before-the-next", "A line begins when the one before is answered.",
@@ -159,7 +160,7 @@ def describe(c: Contract, dut: WallDialect) -> None:
     c.implication("own", "An answer belongs to the line of a command until that is answered.",
                   when=known & c.past(dut.own), then=dut.own == c.past(~dut.answered))
     c.implication("own-of-commands", "And to no other.", when=dut.own, then=asked)
-    c.invariant("lifts", "The pen is off while a command goes to a start point, until that is said.",
+    c.invariant("lifts", "The pen is off while a command goes to a start point.",
                 dut.lifts == ((job == _Job.GO) & (phase != _Phase.NONE)), cover=asked)
     c.implication("reset-ends-what-began", "A reset ends what a command began.",
                   when=goes_on & c.past(dut.renewed),
