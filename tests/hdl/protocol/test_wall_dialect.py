@@ -221,8 +221,8 @@ def test_while_it_moves_only_its_state_is_given(machine):
     machine.expect(BUSY, "0D", *GO, ordered=False)
     assert [line for _, line, _ in machine.passed[2:]] == ["G4P0"]
     machine.send(":F00200300")
-    machine.send(":H")
     machine.send(":S1")
+    machine.send(":H")
     machine.send(":S0")
     machine.expect(BUSY, "15", "2D", *DRAW, ordered=False)  # a motor learns its speed
 
