@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from .curves import Polyline
 
-__all__ = ["Comparison", "compare", "distances"]
+__all__ = ["Comparison", "compare", "distances", "joined"]
 
 CHUNK = 256
 """Points that are compared at once: they are near to each other, and to the same segments."""
@@ -78,6 +78,30 @@ def compare(asked: Sequence[Polyline], drawn: Sequence[Polyline],
         progress(1)
     allowed = float(limit(np.array([where]))[0]) if number else 0.0
     return Comparison(len(asked), len(drawn), worst, number, where, allowed, beyond)
+
+
+def joined(lines: Sequence[Polyline], counts: Sequence[int]) -> list[Polyline]:
+    """Join lines that were drawn, each where the one before ended, while they are too many.
+
+    Parameters
+    ----------
+    lines : sequence of array of complex
+        What was drawn.
+    counts : sequence of int
+        Of how many lines each may be made: more are not joined.
+    """
+    made: list[Polyline] = []
+    left, spare = [*lines], len(lines) - len(counts)
+    for count in counts:
+        parts = left[:1]
+        while (spare > 0 and 0 < len(parts) < min(count, len(left))
+               and parts[-1][-1] == left[len(parts)][0]):
+            parts.append(left[len(parts)])
+            spare -= 1
+        del left[:len(parts)]
+        if parts:
+            made.append(np.concatenate(parts))
+    return made + left
 
 
 def distances(points: Polyline, line: Polyline) -> NDArray[np.float64]:

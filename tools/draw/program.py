@@ -22,7 +22,7 @@ MOST_ORIGINAL = 9999
 
 DOT_S = 0.1
 """Seconds that the pen is down for a dot at least: of ``M3`` and ``M5`` without a movement or a
-dwell between them the machine makes nothing."""
+dwell between them the machine makes nothing, if it still moves when they come."""
 
 ORIGINAL_TOLERANCE = 0.5
 """Of its whole millimetres."""
@@ -72,19 +72,19 @@ def sections(parts: Sequence[Part], wall: Wall, feed: float, dwell: float = 0.0)
     return made
 
 
-def strokes(part: Part, wall: Wall, dwell: float = 0.0) -> list[Polyline]:
-    """Return the lines of a part, those joined between which the pen is not raised.
+def strokes(part: Part, wall: Wall, dwell: float = 0.0) -> list[list[Polyline]]:
+    """Return the lines of a part, those together between which the pen may not be raised.
 
-    It is not where a line begins at the end of the one before: between ``M5`` and ``M3`` there is
+    It may not where a line begins at the end of the one before: between ``M5`` and ``M3`` there is
     neither a movement nor a dwell.
     """
-    joined: list[list[Polyline]] = []
+    found: list[list[Polyline]] = []
     for line in part.lines:
-        if joined and not dwell and _words(joined[-1][-1][-1], wall) == _words(line[0], wall):
-            joined[-1].append(line)
+        if found and not dwell and _words(found[-1][-1][-1], wall) == _words(line[0], wall):
+            found[-1].append(line)
         else:
-            joined.append([line])
-    return [np.concatenate(lines) for lines in joined]
+            found.append([line])
+    return found
 
 
 def _moves(points: Sequence[tuple[str, str]], feed: float) -> Iterator[str]:

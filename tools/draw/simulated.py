@@ -1,22 +1,24 @@
 """A drawing that was simulated: whether it is what was asked for, in figures and in words."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import islice
 from typing import Any
+
+import numpy as np
 
 from fresa.machines.vplotter import VPlotterSettings
 
 from ..console import FIRST_TIME, Progress
 from ..cut_picture import duration
-from .compare import Comparison, compare
+from .compare import Comparison, compare, joined
 from .curves import Polyline
 from .plan import Plan
 from .program import strokes
 from .simulation import Drawn, WallSender, build, limit, simulate, string_steps
 from .timing import Speeds
 
-__all__ = ["Simulated", "simulated"]
+__all__ = ["Simulated", "compared", "simulated"]
 
 
 @dataclass(frozen=True)
@@ -136,8 +138,16 @@ def simulated(plan: Plan, settings: VPlotterSettings, speeds: Speeds,
             progress.advance(made)
 
         drawn = simulate(plan, WallSender(engine, settings, width), speeds, advance)
-    asked = [strokes(part, plan.wall, speeds.dwell) for part in plan.parts]
+    return compared(plan, settings, speeds, drawn)
+
+
+def compared(plan: Plan, settings: VPlotterSettings, speeds: Speeds, drawn: Drawn) -> Simulated:
+    """Compare what was drawn with what was asked for, with progress."""
+    groups = [strokes(part, plan.wall, speeds.dwell) for part in plan.parts]
+    asked = [[np.concatenate(group) for group in part] for part in groups]
     lines = [line for part in asked for line in part]
+    drawn = replace(drawn, lines=joined(drawn.lines, [
+        len(group) for part in groups for group in part]))
     with Progress(len(lines), "lines", "comparing") as progress:
         found = compare(lines, drawn.lines, limit(settings), progress.advance)
     return Simulated(asked, drawn, found)

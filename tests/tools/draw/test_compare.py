@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.tools.draw.drawings import distances as slow
-from tools.draw.compare import compare, distances
+from tools.draw.compare import compare, distances, joined
 
 SQUARE = np.array([0, 10, 10 + 10j, 10j, 0], complex)
 
@@ -58,3 +58,13 @@ def test_lines_that_are_missing_or_too_many_are_wrong(lines):
     found = compare([SQUARE] * 2, lines, allowed)
     assert not found.right and (found.asked, found.drawn) == (2, len(lines))
     assert found.worst < 1e-9
+
+
+def test_lines_that_meet_are_joined_where_they_may_be():
+    lines = [np.array(line, complex) for line in ([0, 1], [1, 2], [2, 3], [5, 6], [6, 7])]
+    for counts, expected in (([1] * 5, 5), ([2, 1, 2], 3), ([3, 1, 1], 3), ([5, 5], 2), ([], 5),
+                             ([2, 9, 9, 9, 9], 5), ([2, 1, 1, 1], 4)):
+        made = joined(lines, counts)
+        assert len(made) == expected
+        assert np.concatenate(made).tolist() == np.concatenate(lines).tolist()
+    assert joined([], [2]) == []

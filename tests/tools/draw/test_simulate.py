@@ -12,12 +12,12 @@ from tests.tools.draw.drawings import write
 from tools.console import UserError
 from tools.draw import __main__ as command
 from tools.draw import program, simulated, simulation
-from tools.draw.compare import compare
-from tools.draw.plan import plan
-from tools.draw.simulation import Drawn, limit, settings_of, string_steps
+from tools.draw.curves import Affine
+from tools.draw.plan import Plan, plan
+from tools.draw.simulation import Drawn, settings_of, string_steps
 from tools.draw.svg import read_drawing
 from tools.draw.timing import Speeds
-from tools.draw.wall import Wall
+from tools.draw.wall import Part, Placement, Wall
 from tools.gcode.sender import FaultShown
 
 DRAWING = """
@@ -60,8 +60,7 @@ class Pretended:
     def __call__(self, planned, settings, speeds):
         if isinstance(self.drawn, Exception):
             raise self.drawn
-        return simulated.Simulated([part.lines for part in planned.parts], self.drawn, compare(
-            planned.lines, self.drawn.lines, limit(settings)))
+        return simulated.compared(planned, settings, speeds, self.drawn)
 
 
 def run(*arguments: object) -> int:
@@ -157,6 +156,16 @@ class TestOnTheGateware:
         steps = sum(done["steps"].values())
         assert steps == pytest.approx(string_steps(planned, settings_of(WALL, SPEEDS)), rel=0.03)
         assert "WRONG" not in capsys.readouterr().out
+
+    def test_lines_that_meet_and_dots(self):
+        lines = [np.array(line, complex) for line in (
+            [200 + 300j, 210 + 300j], [210 + 300j, 210 + 310j], [210 + 310j, 210 + 310j],
+            [190 + 290j, 190 + 290j], [180 + 290j, 180.5 + 290j])]
+        for dwell, count in (0.0, 3), (0.05, 5):
+            done = simulated.simulated(
+                Plan([Part("a", "#000000", lines)], WALL, Placement(Affine(), 0j, 0j), []),
+                settings_of(WALL, SPEEDS), SPEEDS._replace(dwell=dwell))
+            assert done.right and len(done.drawn.lines) == count
 
     def test_a_wall_of_another_width_is_found(self, planned):
         done = simulated.simulated(planned, settings_of(WALL, SPEEDS), SPEEDS, width=408)
