@@ -26,9 +26,11 @@ struct Motor {
 	Pad pads[3];                                       // coil word and power; or STEP, DIR and ENABLE
 	const uint32_t *count = nullptr;                   // of its steps, as the machine has it
 	uint64_t mask = 0;
+	int64_t first = 0;                                 // where the position is 0
 	int8_t phases = 0;                                 // 0 where it has pulses
 	int8_t phase_of[16];                               // by coil words; -1 for those that are none
-	bool may_be_off = false;                           // all coils, from the clock after power goes
+	bool has_power = false;                            // without it all coils are off a clock later
+	bool may_be_off = false;                           // they may, with nothing that shows it
 	int bits[3] = {0, 0, 0};                           // of the pads, and times of the driver module
 	int64_t width = 0, low = 0, setup = 0, hold = 0;
 
@@ -36,10 +38,12 @@ struct Motor {
 
 	Wrong coils(Stand &s) const {
 		uint64_t word = pads[0].get() & 15;
-		bool was_on = s.on || !may_be_off;
-		s.on = may_be_off && pads[1].get();
+		bool was_on = s.on || !has_power;
+		s.on = has_power && pads[1].get();
 		if (!was_on)
 			return word ? WORD : NOTHING;
+		if (may_be_off && !word)
+			return NOTHING;
 		int now = phase_of[word];
 		if (now < 0)
 			return WORD;

@@ -26,6 +26,10 @@ class Coils:
     power : str
         The output without which all coils are off from the next clock on, and the motor stays where
         it is; none if there is always power.
+    may_be_off : bool
+        All coils may be off, and no output shows when: the motor stays where it is.
+    first : int
+        The count where the position is 0.
     """
 
     name: str
@@ -33,6 +37,8 @@ class Coils:
     output: str
     words: Sequence[int]
     power: str = ""
+    may_be_off: bool = False
+    first: int = 0
 
 
 @dataclass(frozen=True)

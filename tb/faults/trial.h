@@ -217,8 +217,8 @@ struct Trial {
 
 	bool counts_right(const Seen &now) const {
 		for (size_t n = 0; n < motors.size(); n++)
-			if ((uint64_t(now.stands[n].position - now.stands[n].origin) ^ *motors[n].count)
-				& motors[n].mask)
+			if ((uint64_t(motors[n].first + now.stands[n].position - now.stands[n].origin)
+				^ *motors[n].count) & motors[n].mask)
 				return false;
 		return true;
 	}

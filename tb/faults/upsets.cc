@@ -14,15 +14,19 @@ API Trial *faults_new(int32_t idle, uint64_t idle_level, int32_t error, int32_t 
 API void faults_delete(Trial *trial) { delete trial; }
 
 // Adds a motor that is driven by coil words, of which it has so many, one behind the other, and by power
-// if there is a pad for it, not -1; false if the machine does not count its steps under that name.
+// if there is a pad for it, not -1; they may be off besides. The count is `first` where the position is 0.
+// False if the machine does not count its steps under that name.
 API bool faults_coils(
-	Trial *trial, const char *count, int32_t coils, int32_t power, const int32_t *words, int32_t phases
+	Trial *trial, const char *count, int64_t first, int32_t coils, int32_t power, bool may_be_off,
+	const int32_t *words, int32_t phases
 ) {
 	Motor motor;
 	motor.pads[0] = trial->engine.pads[coils];
 	motor.phases = int8_t(phases);
-	motor.may_be_off = power >= 0;
-	if (motor.may_be_off)
+	motor.first = first;
+	motor.may_be_off = may_be_off;
+	motor.has_power = power >= 0;
+	if (motor.has_power)
 		motor.pads[1] = trial->engine.pads[power];
 	std::fill(motor.phase_of, motor.phase_of + 16, -1);
 	for (int32_t n = 0; n < phases; n++)

@@ -56,8 +56,9 @@ class Trial:
             if isinstance(motor, Coils):
                 words = np.array(motor.words, np.int32)
                 added = self._lib.faults_coils(
-                    self._handle, count, output(motor.output),
-                    output(motor.power) if motor.power else -1, words, len(words))
+                    self._handle, count, motor.first, output(motor.output),
+                    output(motor.power) if motor.power else -1, motor.may_be_off, words,
+                    len(words))
             else:
                 names = "step", "direction", "enable"
                 pads = [output(name) for name in names]
@@ -206,7 +207,7 @@ def _declare(lib: ctypes.CDLL) -> ctypes.CDLL:
     rows = [handle, i64, bits, longs, flags]
     for name, result, arguments in [
         ("new", handle, [i32, u64, i32, i32]),
-        ("coils", flag, [handle, text, i32, i32, ints, i32]),
+        ("coils", flag, [handle, text, i64, i32, i32, flag, ints, i32]),
         ("pulses", flag, [handle, text, ints, ints, longs]),
         ("line", None, [handle, i32, i32, text]),
         ("delete", None, [handle]),
