@@ -135,4 +135,4 @@ MACHINE = Machine(
                                             "benchmarks.wall_lines --lines 300 --motors 10")},
                       faults={"resets": (10_000, 1000), "flips": (4000, 300)},
                       unmutated="Its parts are mutated one by one."),
-    **parts(__name__, "fuzz", "modelled", "netlist", "scenarios"))
+    **parts(__name__, "faults", "fuzz", "modelled", "netlist", "scenarios"))

@@ -1,0 +1,222 @@
+# amaranth: UnusedElaboratable=no
+
+"""Fault injection into `vplotter`: its motors, what a reset keeps, and work."""
+
+import random
+from dataclasses import replace
+from fractions import Fraction
+from math import hypot
+
+from fresa.drive import HALF_STEP
+from fresa.machines.vplotter import VPlotter
+from fresa.protocol import SETTINGS
+from tb import boards
+from tb.faults.rows import Rows
+from tb.faults.session import BYTE, Session, sessions_and_fuzz
+from tb.faults.target import Coils, FaultTarget, Line
+
+from ..gcode.faults import OF_MEMORIES, OF_WALK
+from . import SHORT
+from .fuzz import FUZZ
+from .fuzz_check import BIT
+
+__all__ = ["FAULTS", "sessions", "target"]
+
+PLANNED = 6000
+"""Clocks in which a line has begun to move, or was answered."""
+
+BUILT = replace(
+    SHORT, wall_width=10, wall_height=10, least_y=2, rest=(5, 5), string_steps=Fraction(24),
+    string_rate=6000, max_rate=(Fraction(8000), Fraction(8000), Fraction(60_000)))
+"""Strings are fine, so that there is a step soon, and short, so that homing is through soon."""
+
+DEEDS = 8
+"""Pieces of a work."""
+
+OTHERS = "limits", "stop", "door", "motor_fault", "hold", "start", "abort"
+"""Inputs beside the line."""
+
+SIDES = "left", "right"
+
+REST = round(float(BUILT.string_steps) * hypot(*BUILT.rest))
+"""Steps of either string at the place of rest, which is below the middle between the pulleys."""
+
+BEYOND = 2
+"""Steps from where a switch closes to where it opens again."""
+
+
+def target() -> FaultTarget:
+    """Return the machine with a small wall, and fine strings.
+
+    A reset does not set the rows and the coils of its motors, and the times since their last
+    steps; the levels of its contacts, and for how long they have been other ones; its settings, and
+    the outputs that a program has set, which motions take over; nor what its memories gave last,
+    the last word of a line, and what is left in the walk of a segment, of which nothing is used
+    before it is given anew.
+    """
+    design = boards.component("vplotter", VPlotter(settings=BUILT))
+    return FaultTarget(
+        "vplotter", design,
+        tuple(Coils(f"the motor of the {side} string", f"motor_{side} made", side, HALF_STEP,
+                    may_be_off=True, first=REST) for side in SIDES),
+        idle=("moving", 0), fault="fault", origin={"rst": 1},
+        kept=(*(f"motor_{side}.driver.{name}" for side in SIDES
+                for name in ("row", "coils", "rest")),
+              *(f"contact_{number}.{name}" for number in range(7)
+                for name in ("count", "enough", "o")),
+              *(f"setting_{each.number}" for each in SETTINGS), "period",
+              "interpreter.line.word",
+              *(f"motion.walk.{name}" for name in OF_WALK), *OF_MEMORIES,
+              "dialect.texts.fetch__data"),
+        work=lambda seed: _work(seed, DEEDS),
+        work_to_reset=sessions_and_fuzz(list(design.inputs), FUZZ, sessions),
+        gap=25_000, window=12_000, timeout=80_000, line=Line(BIT, b"oe", _question()),
+        shared=150)
+
+
+FAULTS = {None: target}
+"""Its builds for fault injection; it has no guard."""
+
+
+def _session() -> Session:
+    return Session(*[0] * len(OTHERS))
+
+
+def _pressed(name: str, level: int = 1) -> tuple[int, ...]:
+    return tuple(level if other == name else 0 for other in OTHERS)
+
+
+def _way(rng: random.Random, most: float) -> str:
+    return "".join(f"{axis}{rng.uniform(-most, most):.2f}" for axis in "XY")
+
+
+def _home(s: Session) -> None:
+    """Home from the place of rest, with switches where the strings have their length by the count.
+
+    So the count goes on where it was.
+    """
+    def meet(switch: int, steps: int) -> None:
+        """Close a switch behind so many steps, and open it when some are taken back."""
+        s.hold((2 * steps + 1) * BUILT.pace // 2)
+        s.press(*_pressed("limits", switch))
+        s.hold((8 * BEYOND + 4) * BUILT.pace)
+        s.press(*_pressed("limits", 0))
+
+    s.send(b"$H\n", 1)
+    meet(1, REST + BEYOND)
+    meet(2, 2 * REST + 2 * BEYOND)  # it was paid out meanwhile
+    s.hold((REST + 2 * BEYOND + 4) * BUILT.pace)
+    s.rest(PLANNED)
+
+
+def _work(seed: int, count: int) -> Rows:
+    """Give so many pieces of work, as a program sends them that waits for the machine.
+
+    The strings have the lengths that their motors have made, from the last reset on. At the end the
+    machine rests.
+    """
+    rng, s = random.Random(seed), _session()
+
+    def move(clocks: int = PLANNED) -> None:
+        s.send(f"G1{_way(rng, 0.4)}\n".encode(), clocks)
+
+    def press(name: str) -> None:
+        s.press(*_pressed(name))
+        s.hold(200)
+        s.press(*_pressed(name, 0))
+        s.hold(100)
+
+    def begin() -> None:
+        """Begin anew after a reset."""
+        s.send(b"$X\nG91F8000\n", PLANNED)
+
+    s.hold(PLANNED)
+    if rng.random() < 0.3:
+        _home(s)
+        s.send(b"G91F8000\n", PLANNED)
+    else:
+        begin()
+    s.rest()
+    for _ in range(count):
+        kind = rng.randrange(11)
+        if kind < 3:  # several lines, planned together
+            for _ in range(rng.randint(1, 3)):
+                move(BYTE)
+            s.hold(PLANNED)
+        elif kind == 3:
+            size = rng.uniform(0.05, 0.2)
+            s.send(f"G{rng.choice('23')}X{size:.3f}Y0R{size:.3f}\n".encode(), 2 * PLANNED)
+        elif kind == 4:
+            move(PLANNED + rng.randint(1, 8000))
+            s.send(b"!", rng.randint(1, 8000))
+            s.send(b"~", rng.randint(1, 2000))
+            s.hold(16_000)
+            s.send(b"~", 200)  # the one before does nothing while it still slows down
+        elif kind == 5:
+            move(rng.randint(1, 12_000))
+            s.send(b"\x18", 20_000)
+            begin()
+        elif kind == 6:  # stops at once, until a reset
+            move(PLANNED + rng.randint(1, 8000))
+            press(rng.choice(["limits", "stop", "motor_fault"]))
+            s.send(b"\x18", 2000)
+            begin()
+        elif kind == 7:
+            s.send(rng.choice([b"G5\n", b"X1X2\n", b"G4P0.002\n", b"M3\n", b"M5\n", b"Z.1\nZ-.1\n",
+                               b"?", b"$G\n", b"G90\nG91\n", b":S0\n", b":P1\n", b":I00050005\n",
+                               b":Z\n"]), 2 * PLANNED)
+        elif kind == 8:
+            s.send(f"$J=G91F8000{_way(rng, 0.4)}\n".encode(), PLANNED + rng.randint(1, 8000))
+            s.send(b"\x85", 16_000)
+        elif kind == 9:
+            move(PLANNED + rng.randint(1, 8000))
+            press("door")
+            s.hold(16_000)
+            s.send(b"~", 200)
+        else:
+            move(rng.randint(1, 12_000))
+            s.reset(rng.choice([1, 1, 2, 20]))
+            begin()
+        s.rest()
+    s.rest()
+    s.hold(200)
+    return s.written
+
+
+def sessions(seed: int) -> Rows:
+    """Give sessions of which each soon moves the motors; work begins one after each reset."""
+    rng, s = random.Random(seed), _session()
+    for _ in range(40):
+        s.begin()
+        if rng.random() < 0.2:
+            s.send(rng.choice([b"$H\n", b":H\n"]), rng.randint(1, 20_000))
+            s.press(*_pressed("limits", rng.choice([1, 2])))
+            s.hold(rng.randint(1, 8000))
+            s.press(*_pressed("", 0))
+            continue
+        s.send(b"$X\nG91F8000\n")
+        for _ in range(3):
+            s.send(f"G1{_way(rng, 1)}\n".encode(), rng.randint(1, 2000))
+        s.hold(rng.randint(1, 16_000))
+        s.press(*_pressed(rng.choice(OTHERS), rng.choice([0, 1])))
+        s.send(rng.choice([b"!", b"\x18", b"?", b"~", b":S0", b"$SLP", b"G2X0.2I0.1", b":F00050005",
+                           b"$J=G91X1F900", b"M3"]) + b"\n", 4000)
+        s.press(*_pressed("", 0))
+    return s.written
+
+
+def _question() -> tuple[Rows, tuple[int, ...], tuple[int, ...]]:
+    """Give lines, how many answers of each kind they have, and where the motors go for them.
+
+    Where a contact was on in the reset the machine is locked, or stands still; but it answers,
+    behind its messages of that.
+    """
+    s = _session()
+    s.hold(4 * BYTE)
+    s.send(b"\x18", 1000)
+    s.send(b"$X\nG21G91G1X.5Y-.25F8000\nX1X2\n", 120 * BYTE)
+    s.rest(30 * BYTE)
+    (across, below), (x, y) = BUILT.rest, (0.5, 0.25)
+    return s.written, (2, 1), tuple(
+        round(float(BUILT.string_steps) * hypot(place, below + y)) - REST
+        for place in (across + x, BUILT.wall_width - across - x))
