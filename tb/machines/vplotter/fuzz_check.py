@@ -27,6 +27,8 @@ SLACK = 2 * SHORT.period
 """Clocks after a motion in which a motor makes its last step."""
 LEFT = 2
 """Steps that a motor makes later: what it was kept from by an alarm, or a motor without power."""
+EVERY = SHORT.servo_us * SHORT.clock // 10**6
+"""Clocks from a pulse of the servo to the next."""
 PULSES = {False: 200, True: 600}
 """Clocks of a pulse of the servo, by whether the pen touches: $210 and $211."""
 
@@ -190,6 +192,8 @@ def _pen(lines: Sequence[_Line], seen: Seen, *, sets: bool) -> list[Failure]:
         return [Failure(int(pen.argmax()), "pen", "the pen touches, and no line is why")]
     edges = np.flatnonzero(np.diff(seen["servo"].astype(np.int8), prepend=0))
     rises, falls = edges[::2], edges[1::2]
+    if (np.diff(rises) != EVERY).any() or len(rises) < len(pen) // EVERY - 1:
+        return [Failure(0, "pen", f"pulses are not {EVERY} clocks apart")]
     for rise, width in zip(rises, falls - rises[:len(falls)], strict=False):
         levels = pen[max(0, rise - 4):rise + 1].tolist()
         if not sets and width not in {PULSES[bool(level)] for level in levels}:
