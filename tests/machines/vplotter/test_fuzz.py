@@ -24,8 +24,8 @@ MISTAKES = {  # a few bytes, what is found, the mistake
     "a command without a reply": (b":S3\n:P1\n", "answer", Mistake(
         "dialect.texts.numbers__valid",
         lambda right, at: right & (at("dialect.texts.numbers__payload") != 22))),
-    "an answer to a line of a command": (b":P0\n", "answer", Mistake(
-        "dialect.own", lambda *_: Const(0))),
+    "answers to a command": (b":S0\n", "answer", Mistake(
+        "reporter.answers__valid", lambda *_: Const(1))),
 }
 
 
