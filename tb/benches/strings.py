@@ -13,7 +13,7 @@ TICKS = 1 << TICKS_LOG2
 
 @bench
 def string_motor(run: Run) -> str:
-    """Steps on request, a length that is followed, and one that changes on the way."""
+    """Steps on request, a length followed, and one that changes on the way."""
     dut = StringMotor(bits=6, period=3, first=20)
     row = made = 0
 

@@ -204,6 +204,7 @@ class VPlotter(GCode):
     """
 
     settings: VPlotterSettings
+    _dialect: WallDialect
 
     def __init__(self, *, settings: VPlotterSettings | None = None) -> None:
         self.settings = settings = settings or VPlotterSettings()
@@ -218,12 +219,16 @@ class VPlotter(GCode):
             "hold": In(1), "start": In(1), "abort": In(1), "tx": Out(1), "left": Out(4),
             "right": Out(4), "pen": Out(1), "servo": Out(1), "moving": Out(1), "alarm": Out(1),
             "fault": Out(1)})
-        self._dialect = WallDialect(
-            width=settings.wall_width, top=settings.least_y, height=settings.wall_height,
-            feed=floor(max(settings.max_rate[:2])))
         self._enabled = Signal(name="enabled")  # the motors have power
         self._touches = Signal(name="touches")  # Z is below 0
         self._lifted = Signal(name="lifted")  # whatever else, the pen is off
+
+    def elaborate(self, platform) -> Module:
+        settings = self.settings
+        self._dialect = WallDialect(
+            width=settings.wall_width, top=settings.least_y, height=settings.wall_height,
+            feed=floor(max(settings.max_rate[:2])))
+        return super().elaborate(platform)
 
     def _homing(self) -> StringHoming:
         settings = self.settings

@@ -26,9 +26,11 @@ class TestMill:
             assert reported[0] == 0
 
 
-def test_examples_say_what_they_need():
+def test_examples_say_what_they_need(tmp_path):
+    file = tmp_path / "lines.txt"
+    file.write_text("1 1 2 2\n")
     for path in sorted((ROOT / "examples").glob("*_*.py")):
-        program = [path] if 'add_argument("file"' in path.read_text(encoding="utf-8") else []
+        program = [file] if 'add_argument("file"' in path.read_text(encoding="utf-8") else []
         done = subprocess.run([sys.executable, path, "/no/such/port", *program],
                               capture_output=True, text=True, check=False)
         assert done.returncode == 1 and not done.stdout
