@@ -2,6 +2,7 @@
 
 from amaranth import Cat, Mux
 
+from fresa.machines.vplotter import VPlotterSettings
 from fresa.motion import Hanging
 
 from .contract import Bits, Case, Component, Contract
@@ -105,4 +106,4 @@ def describe(c: Contract, dut: Hanging) -> None:
 HANGING = Component(
     make=Hanging, describe=describe, depth=20,
     cases=(Case({"width": 13, "first_across": 5, "first_below": 14, "bits": 4}),
-           Case({"width": 360_173, "first_across": 180_087, "first_below": 180_087}, real=True)))
+           Case(VPlotterSettings().hanging, real=True)))

@@ -2,6 +2,7 @@
 
 from amaranth import Cat, Mux
 
+from fresa.machines.vplotter import VPlotterSettings
 from fresa.motion import AlarmCode, StringHoming
 from fresa.motion.string_homing import SLOW
 from fresa.protocol import HomingStage
@@ -177,5 +178,5 @@ def describe(c: Contract, dut: StringHoming) -> None:
 STRING_HOMING = Component(
     make=StringHoming, describe=describe, depth=36,
     cases=(Case({"pace": 2, "most": 2, "most_off": 1}),
-           Case({"pace": 125_000, "most": 140_075, "most_off": 510}, real=True),
+           Case(VPlotterSettings().string_homing, real=True),
            Case({"pace": 2, "most": 2, "most_off": 1}, upset=True)))

@@ -4,6 +4,7 @@ from math import isqrt
 
 from amaranth import Mux, Signal, signed
 
+from fresa.machines.vplotter import VPlotterSettings
 from fresa.motion import StringLength
 from fresa.motion.string_length import TICKS_LOG2
 
@@ -131,4 +132,6 @@ def _most(name: str, bits: int) -> int:
 STRING_LENGTH = Component(
     make=StringLength, describe=describe, depth=24,
     cases=(Case({"bits": 4}), Case({"bits": 4, "first_across": 9, "first_below": 11}),
-           Case({"first_across": 180_087, "first_below": 180_087}, real=True)))
+           # Both where they differ: hung from the middle they are alike.
+           *(Case(dict(each), real=True) for each in dict.fromkeys(
+               tuple(string.items()) for string in VPlotterSettings().string_lengths))))

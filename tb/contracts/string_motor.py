@@ -3,6 +3,7 @@
 from amaranth import Array, Mux
 
 from fresa.drive import StringMotor
+from fresa.machines.vplotter import VPlotterSettings
 
 from .contract import Bits, Case, Component, Contract
 from .phase import PHASE
@@ -65,4 +66,4 @@ def describe(c: Contract, dut: StringMotor) -> None:
 STRING_MOTOR = Component(
     make=StringMotor, describe=describe, depth=20,
     cases=(Case({"bits": 4, "period": 3}), Case({"bits": 4, "period": 2, "first": 5}),
-           Case({"bits": 18, "period": 20_826, "first": 31_835}, real=True)))
+           Case(VPlotterSettings().string_motors[0], real=True)))

@@ -4,6 +4,7 @@ from unittest.mock import patch
 
 from amaranth import Array, Cat, Module, Mux, Value
 
+from fresa.machines.vplotter import VPlotterSettings
 from fresa.protocol import HomingStage, LineEnd, WallDialect, wall_dialect
 from fresa.protocol.wall_dialect import _Job, _Phase, _Text
 
@@ -362,7 +363,6 @@ FEW = {"width": 3, "top": 0, "height": 4, "feed": 5, "brief": True}
 
 WALL_DIALECT = Component(
     make=make, describe=describe, depth=34,
-    # A whole command and its text are too far from power-up for covers: benches and tests go there.
-    cases=(Case(FEW, real=True),
-           Case({"width": 1768, "top": 200, "height": 1768, "feed": 3000}, real=True),
+    cases=(Case(FEW),
+           Case(VPlotterSettings().wall, real=True),
            Case(FEW, upset=True)))

@@ -7,7 +7,7 @@ from math import floor
 from re import fullmatch, search
 
 from amaranth import Cat, Module, Mux, ResetInserter, Signal, Value, signed
-from amaranth.lib import stream
+from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out, connect
 
 from ..arithmetic import Line
@@ -38,7 +38,6 @@ from ..motion import (
     GCodePlanner,
     GCodeProbing,
     Overrides,
-    StringHoming,
 )
 from ..panel import ContactFilter
 from ..protocol import (
@@ -714,7 +713,7 @@ class GCode(MachineComponent):
             m.d.sync += self.fault.eq(1)
         return m
 
-    def _homing(self) -> "GCodeHoming | StringHoming":
+    def _homing(self) -> wiring.Component:
         """Return what carries out homing cycles."""
         return GCodeHoming(simple=self.settings.dialect == "thesis",
                            squared_axis=self.settings.second_axis)

@@ -20,6 +20,7 @@ from ..motion import (
     Hanging,
     Overrides,
     StringHoming,
+    nearest_steps,
 )
 from ..protocol import (
     MAX_MM,
@@ -126,6 +127,11 @@ class VPlotterSettings(GCodeSettings):
         return ceil(self.wall_width * self.steps_per_mm[0])
 
     @property
+    def steps_of_string(self) -> float:
+        """Half steps per mm of string, as it counts: $100, which is rounded, has eight times it."""
+        return float(self.steps_per_mm[0]) / (1 << TICKS_LOG2)
+
+    @property
     def most_wound(self) -> int:
         """Steps of string that homing may wind: of both to the far corners, and a tenth."""
         return ceil(2.2 * hypot(self.wall_width, self.wall_height) * float(self.string_steps))
@@ -140,6 +146,40 @@ class VPlotterSettings(GCodeSettings):
     def pace(self) -> int:
         """Clocks from step to step in a homing cycle."""
         return self.clock // self.string_rate
+
+    @property
+    def hanging(self) -> dict[str, int]:
+        """Parameters of :class:`Hanging`."""
+        across, below = map(self.ticks, self.rest)
+        return {"width": self.wall_ticks, "bits": PLACE_BITS, "first_across": across,
+                "first_below": below}
+
+    @property
+    def string_lengths(self) -> list[dict[str, int]]:
+        """Parameters of each :class:`StringLength` of that."""
+        hanging = self.hanging
+        width, across = hanging["width"], hanging["first_across"]
+        return [{"bits": hanging["bits"], "first_across": place,
+                 "first_below": hanging["first_below"]} for place in (across, width - across)]
+
+    @property
+    def string_motors(self) -> list[dict[str, int]]:
+        """Parameters of each :class:`StringMotor`."""
+        return [{"bits": LENGTH_BITS, "period": self.period,
+                 "first": nearest_steps(each["first_across"], each["first_below"])}
+                for each in self.string_lengths]
+
+    @property
+    def string_homing(self) -> dict[str, int]:
+        """Parameters of :class:`StringHoming`."""
+        return {"pace": self.pace, "most": self.most_wound,
+                "most_off": ceil(OFF_SWITCH * self.string_steps)}
+
+    @property
+    def wall(self) -> dict[str, int]:
+        """Parameters of :class:`WallDialect`."""
+        return {"width": self.wall_width, "top": self.least_y, "height": self.wall_height,
+                "feed": floor(max(self.max_rate[:2]))}
 
     @property
     def origin(self) -> tuple[int, ...]:
@@ -224,16 +264,11 @@ class VPlotter(GCode):
         self._lifted = Signal(name="lifted")  # whatever else, the pen is off
 
     def elaborate(self, platform) -> Module:
-        settings = self.settings
-        self._dialect = WallDialect(
-            width=settings.wall_width, top=settings.least_y, height=settings.wall_height,
-            feed=floor(max(settings.max_rate[:2])))
+        self._dialect = WallDialect(**self.settings.wall)
         return super().elaborate(platform)
 
     def _homing(self) -> StringHoming:
-        settings = self.settings
-        return StringHoming(pace=settings.pace, most=settings.most_wound,
-                            most_off=ceil(OFF_SWITCH * settings.string_steps))
+        return StringHoming(**self.settings.string_homing)
 
     def _home(self, m: Module, planner: GCodePlanner, motion: BlockMotion, homing,
               store: GCodeSettingStore, configuring: Signal) -> Signal:
@@ -291,10 +326,7 @@ class VPlotter(GCode):
                  restarts: Signal) -> list[Signal]:
         """Make ticks of the place and steps of the strings, and return the place."""
         settings, dialect = self.settings, self._dialect
-        m.submodules.hanging = hanging = Hanging(
-            width=settings.wall_ticks, bits=PLACE_BITS,
-            first_across=settings.ticks(settings.rest[0]),
-            first_below=settings.ticks(settings.rest[1]))
+        m.submodules.hanging = hanging = Hanging(**settings.hanging)
         stops, stopped, drops = Signal(), Signal(), Signal()
         homed, homes = Signal(), Signal()
         fails, failed = Signal(), Signal()  # homing, a clock ago
@@ -317,8 +349,7 @@ class VPlotter(GCode):
         m.d.comb += follows.eq(~(homing.active | fails | failed))
         made = [~hanging.busy]
         for side, (name, coils) in enumerate((("left", self.left), ("right", self.right))):
-            motor = StringMotor(bits=LENGTH_BITS, period=settings.period,
-                                first=hanging.strings[side].first_length)
+            motor = StringMotor(**settings.string_motors[side])
             m.submodules[f"motor_{name}"] = motor
             m.d.comb += [
                 motor.length.eq(hanging.lengths[side]),

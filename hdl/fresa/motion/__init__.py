@@ -38,7 +38,7 @@ from .start import StartHandshake
 from .step_accumulator import StepAccumulator
 from .step_ratio import StepRatio
 from .string_homing import StringHoming
-from .string_length import TICKS_LOG2, StringLength
+from .string_length import TICKS_LOG2, StringLength, nearest_steps
 from .walk import WALK_DELAY, PathWalk, Segment
 
 __all__ = [
@@ -51,5 +51,6 @@ __all__ = [
     "Order", "OrderControl", "OrderLedger", "Outcome", "Outputs", "OverrideKind", "Overrides",
     "PathWalk", "PointStore", "Ramp", "Request", "RequestKind", "Rotator", "Segment",
     "SpeedProfile", "SpiralWalk", "SquareGenerator", "SquareRoot", "StartHandshake",
-    "StepAccumulator", "StepCounter", "StepRatio", "StringHoming", "StringLength", "ramp_rates",
+    "StepAccumulator", "StepCounter", "StepRatio", "StringHoming", "StringLength",
+    "nearest_steps", "ramp_rates",
 ]

@@ -1,6 +1,6 @@
 """Speed along a path: from blocks to ticks."""
 
-from amaranth import Module, Mux, Signal, Value, signed
+from amaranth import Cat, Const, Module, Mux, Signal, Value, signed
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
@@ -343,7 +343,8 @@ class SpeedProfile(wiring.Component):
             self.last.eq(self.tick & closing & final),
             self.speed.eq(speed),
             # The difference is taken in the clock before it is ready, the sum when it starts.
-            minus.eq(Mux(ready, ~(end << 1).as_signed(), less_modulus << 1)),
+            minus.eq(Mux(ready, ~Cat(Const(0, 1), end, Const(0, 1)).as_signed(),
+                         less_modulus << 1)),
             rates.eq(((root.root << 1) - minus) >> 1),
             self.standing.eq(~running & Mux(fsm.ongoing("WAIT"), at_rest, from_rest)),
         ]

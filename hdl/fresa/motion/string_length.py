@@ -9,10 +9,17 @@ from amaranth.lib.wiring import In, Out
 from ..checks import in_range
 from ..choice import add_choice
 
-__all__ = ["TICKS_LOG2", "StringLength"]
+__all__ = ["TICKS_LOG2", "StringLength", "nearest_steps"]
 
 TICKS_LOG2 = 3
 """A step of a string is 2 to this power of ticks, in which places are counted."""
+
+
+def nearest_steps(across: int, below: int) -> int:
+    """Return the length of a string to the nearest step; its end is in ticks, from the pulley."""
+    square = 4 * (across**2 + below**2)
+    double = isqrt(square >> 2 * TICKS_LOG2)  # odd where the rest of the length is half or more
+    return (double + ((double << TICKS_LOG2) ** 2 < square)) // 2
 
 
 class StringLength(wiring.Component):
@@ -68,17 +75,11 @@ class StringLength(wiring.Component):
         most = (1 << bits) - 1
         self.first = (in_range("first_across", first_across, 0, most),
                       in_range("first_below", first_below, 0, most))
+        self.first_length = nearest_steps(*self.first)
         super().__init__({
             "begin": In(1), "tick": In(2), "away": In(2), "step": Out(1), "longer": Out(1),
             "across": Out(self.bits, init=first_across), "below": Out(self.bits, init=first_below),
             "length": Out(self.bits - TICKS_LOG2 + 1, init=self.first_length), "busy": Out(1)})
-
-    @property
-    def first_length(self) -> int:
-        """Length at first, in steps: the nearest whole number to the true one."""
-        square = 4 * sum(place**2 for place in self.first)
-        double = isqrt(square >> 2 * TICKS_LOG2)  # odd where the rest of the length is half or more
-        return (double + ((double << TICKS_LOG2) ** 2 < square)) // 2
 
     def elaborate(self, platform) -> Module:
         m = Module()

@@ -3,7 +3,7 @@
 """What of `vplotter` is checked as a netlist: its pins on a Nexys 2, and parts by themselves."""
 
 from fresa.drive import StringMotor
-from fresa.machines.vplotter import LENGTH_BITS, PLACE_BITS, VPlotter
+from fresa.machines.vplotter import VPlotter
 from fresa.motion import Hanging, StringHoming
 from fresa.protocol import WallDialect
 from tb import boards
@@ -19,31 +19,15 @@ BOARD = Subject("nexys2-vplotter", lambda: boards.board("vplotter", VPlotter()),
                 "fault")
 
 
-def _homing() -> StringHoming:
-    return StringHoming(pace=DEFAULT.pace, most=DEFAULT.most_wound, most_off=510)
-
-
-def _motor() -> StringMotor:
-    return StringMotor(bits=LENGTH_BITS, period=DEFAULT.period, first=31_834)
-
-
-def _hanging() -> Hanging:
-    across, below = (DEFAULT.ticks(place) for place in DEFAULT.rest)
-    return Hanging(width=DEFAULT.ticks(DEFAULT.wall_width), bits=PLACE_BITS, first_across=across,
-                   first_below=below)
-
-
-def _dialect() -> WallDialect:
-    return WallDialect(width=DEFAULT.wall_width, top=DEFAULT.least_y, height=DEFAULT.wall_height,
-                       feed=3000)
-
-
 HOMING, MOTOR, HANGING, DIALECT = (
-    Subject(f"vplotter-{name}", lambda name=name, make=make: boards.component(name, make()),
+    Subject(f"vplotter-{name}",
+            lambda name=name, make=make, built=built: boards.component(name, make(**built)),
             (("rst", 0),), shows, rams=False)
-    for name, make, shows in (
-        ("homing", _homing, "fault"), ("motor", _motor, ""), ("hanging", _hanging, "fault"),
-        ("dialect", _dialect, "fault")))
+    for name, make, built, shows in (
+        ("homing", StringHoming, DEFAULT.string_homing, "fault"),
+        ("motor", StringMotor, DEFAULT.string_motors[0], ""),
+        ("hanging", Hanging, DEFAULT.hanging, "fault"),
+        ("dialect", WallDialect, DEFAULT.wall, "fault")))
 
 DUT = MACHINE.dut("vplotter")
 

@@ -119,9 +119,6 @@ class TestSpeedProfile:
         Bench(any_blocks(rng), lambda clock: 4**SPEED - 1 if clock < 900 else 0,
               percents=[100, 4, 60, 1, 30]).run(1200)
 
-
-    @pytest.mark.xfail(strict=True, reason="a root of half the highest speed or more is added as "
-                       "a negative number")
     @pytest.mark.parametrize("energy", [40, 92])
     def test_reaches_the_highest_speed(self, energy):
         top = 2**SPEED - 1
