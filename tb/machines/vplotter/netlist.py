@@ -2,6 +2,10 @@
 
 """What of `vplotter` is checked as a netlist: its pins on a Nexys 2, and parts by themselves."""
 
+from collections.abc import Callable
+
+from amaranth.lib.wiring import Component
+
 from fresa.drive import StringMotor
 from fresa.machines.vplotter import VPlotter
 from fresa.motion import Hanging, StringHoming
@@ -19,15 +23,16 @@ BOARD = Subject("nexys2-vplotter", lambda: boards.board("vplotter", VPlotter()),
                 "fault")
 
 
-HOMING, MOTOR, HANGING, DIALECT = (
-    Subject(f"vplotter-{name}",
-            lambda name=name, make=make, built=built: boards.component(name, make(**built)),
-            (("rst", 0),), shows, rams=False)
-    for name, make, built, shows in (
-        ("homing", StringHoming, DEFAULT.string_homing, "fault"),
-        ("motor", StringMotor, DEFAULT.string_motors[0], ""),
-        ("hanging", Hanging, DEFAULT.hanging, "fault"),
-        ("dialect", WallDialect, DEFAULT.wall, "fault")))
+def _part(name: str, make: Callable[..., Component], built: dict[str, int],
+          shows: str = "fault") -> Subject:
+    return Subject(f"vplotter-{name}", lambda: boards.component(name, make(**built)),
+                   (("rst", 0),), shows, rams=False)
+
+
+HOMING = _part("homing", StringHoming, DEFAULT.string_homing)
+MOTOR = _part("motor", StringMotor, DEFAULT.string_motors[0], "")
+HANGING = _part("hanging", Hanging, DEFAULT.hanging)
+DIALECT = _part("dialect", WallDialect, DEFAULT.wall)
 
 DUT = MACHINE.dut("vplotter")
 
