@@ -104,7 +104,8 @@ class TestMachineOfThePage:
 
     @pytest.mark.usefixtures("libraries")
     def test_a_mistake_in_its_gateware_is_found(self, folder, tmp_path, capsys):
-        wrong = shutil.copytree(folder, tmp_path / "wrong")
+        wrong = shutil.copytree(folder, tmp_path / "wrong",
+                                ignore=shutil.ignore_patterns("__pycache__"))
         gateware = wrong / "pulser" / "gateware.py"
         gateware.write_text(gateware.read_text().replace("self.period - 1", "self.period - 2"))
         assert cosim.main(["--machines", str(wrong), "--machine", "pulser", "--engines",
