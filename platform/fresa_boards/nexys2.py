@@ -149,6 +149,10 @@ _ALLOTMENTS = {
         panel={"buttons": "reset", "rx": "rx", "tx": "tx",
                "leds": "coils - moving fault enable", "segments": "segments", "digits": "digits"},
         number="position"),
+}
+
+# Too large for the smaller part.
+_LARGE = {
     "vplotter": Allotment(
         header={"left": "JA1 JA2 JA3 JA4", "right": "JA7 JA8 JA9 JA10", "limits": "JC1 JC2",
                 "stop": "JC4", "door": "JC7", "motor_fault": "JC9", "pen": "JB1", "servo": "JB4"},
@@ -165,9 +169,11 @@ _LAYOUTS = tuple(
 
 BOARDS = NEXYS2_500, NEXYS2_1200 = tuple(
     Board(name, "nexys2", platform, platform.capacity, _HEADER, _PANEL, _OUTPUTS, _PULLED_UP,
-          _ALLOTMENTS, title=f"Digilent Nexys 2, Xilinx {platform.device.upper()}",
+          allotments, title=f"Digilent Nexys 2, Xilinx {platform.device.upper()}",
           source="Digilent's reference manual and Nexys2_500General.ucf", layouts=_LAYOUTS)
-    for name, platform in [("nexys2-500", Nexys2Platform), ("nexys2-1200", Nexys2_1200Platform)])
+    for name, platform, allotments in [
+        ("nexys2-500", Nexys2Platform, _ALLOTMENTS),
+        ("nexys2-1200", Nexys2_1200Platform, {**_ALLOTMENTS, **_LARGE})])
 """The two boards as machines see them."""
 
 

@@ -10,6 +10,7 @@ from fresa.drive import StringMotor
 from fresa.machines.vplotter import VPlotter
 from fresa.motion import Hanging, StringHoming
 from fresa.protocol import WallDialect
+from fresa_boards.nexys2 import NEXYS2_1200
 from tb import boards
 from tb.netlist.part import NetlistPart
 from tb.netlist.subject import Subject
@@ -19,8 +20,8 @@ from . import DEFAULT, MACHINE
 
 __all__ = ["NETLIST"]
 
-BOARD = Subject("nexys2-vplotter", lambda: boards.board("vplotter", VPlotter()), (("reset", 0),),
-                "fault")
+BOARD = Subject("nexys2-vplotter", lambda: boards.board("vplotter", VPlotter(), on=NEXYS2_1200),
+                (("reset", 0),), "fault")
 
 
 def _part(name: str, make: Callable[..., Component], built: dict[str, int],
