@@ -355,12 +355,7 @@ def figures(seconds: float, seed: int = 1, passed: Callable[[int], object] = lam
 
 def plan_settings() -> PlanSettings:
     """Return the settings of the machine, as its model has them."""
-    store = SETTINGS.store
-    return PlanSettings(
-        clock=SETTINGS.clock, deviation=store[11] * 1000,
-        speeds=[store[110 + axis] * 1000 // 60 for axis in range(AXES)],
-        accelerations=[store[120 + axis] * 1000 for axis in range(AXES)],
-        steps=[store[100 + axis] for axis in range(AXES)])
+    return PlanSettings.stored(SETTINGS.clock, SETTINGS.store)
 
 
 def on_model(seed: str, seconds: float = PIECE) -> tuple[int, int, int]:

@@ -12,6 +12,7 @@ from fresa.machines.vplotter import VPlotterSettings
 from fresa.motion import TICKS_LOG2
 from tb.models.gcode_plan import Planner, PlanSettings
 from tb.models.walk import Walked, line_steps
+from tb.wall_plant import hanging
 
 __all__ = ["Lengths", "PlannedLine", "Point", "Requests", "Wall", "followed", "nearest_lengths"]
 
@@ -190,18 +191,12 @@ class Wall:
     """
 
     def __init__(self, settings: VPlotterSettings, steps_per_mm: float | None = None) -> None:
-        store = settings.store
         self.settings = settings
-        self.plan = PlanSettings(
-            clock=settings.clock, deviation=store[11] * 1000,
-            speeds=[store[110 + axis] * 1000 // 60 for axis in range(3)],
-            accelerations=[store[120 + axis] * 1000 for axis in range(3)],
-            steps=[store[100 + axis] for axis in range(3)])
+        self.plan = PlanSettings.stored(settings.clock, settings.store)
         self.width, self.height = float(settings.wall_width), float(settings.wall_height)
         self.least_y, self.per_mm = float(settings.least_y), self.plan.steps[0] / 1000
-        self.steps_per_mm = steps_per_mm or self.per_mm / (1 << TICKS_LOG2)
-        self._across, self._top = settings.ticks(settings.wall_width), settings.ticks(
-            settings.least_y)
+        self.steps_per_mm = steps_per_mm or settings.steps_of_string
+        self._across, self._top = settings.wall_ticks, settings.ticks(settings.least_y)
 
     def planned(self, begin: Point, end: Point, feed: float | None = None) -> PlannedLine:
         """Plan a line, with a feed in mm/min if not as fast as can be."""
@@ -246,14 +241,9 @@ class Wall:
         return Lengths(ticks, left, right, error)
 
     def pen(self, left: Floats, right: Floats) -> tuple[Floats, Floats]:
-        """Return where the pen hangs of strings of so many steps, in mm: see `hangs` of `tb`."""
-        left, right = left / self.steps_per_mm, right / self.steps_per_mm
-        x = (left**2 - right**2 + self.width**2) / (2 * self.width)
-        y = np.sqrt(np.maximum(0, left**2 - x**2))
-        low, high = x <= 0, x >= self.width  # the other string is slack
-        if low.any() or high.any():
-            x, y = np.clip(x, 0, self.width), np.where(low, left, np.where(high, right, y))
-        return x, y
+        """Return where the pen hangs of strings of so many steps, in mm."""
+        place = hanging(left / self.steps_per_mm, right / self.steps_per_mm, self.width)
+        return place.real, place.imag
 
     def farthest(self, x: Floats, y: Floats) -> Floats:
         """Return how far from a place the pen can be, in mm, by rounding alone.

@@ -7,23 +7,33 @@ of places, ticks or lines.
 from collections.abc import Iterable
 from math import sqrt
 
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
 from fresa.drive import HALF_STEP
 
-__all__ = ["StringPlant", "WallPlant", "hangs"]
+__all__ = ["StringPlant", "WallPlant", "hanging"]
 
 
-def hangs(left: float, right: float, width: float) -> tuple[float, float] | None:
-    """Return where a point hangs, x to the right and y down from the left pulley.
+def hanging(left: ArrayLike, right: ArrayLike, width: float) -> NDArray[np.complex128]:
+    """Return where a point hangs: x to the right of the left pulley, and i times y, down.
 
-    Where one string is slack it hangs below the pulley of the other one. None if the strings do not
-    reach: they are torn.
+    Where one string is slack it hangs below the pulley of the other one. Where the strings do not
+    reach from pulley to pulley it is where they are torn.
+
+    Parameters
+    ----------
+    left, right : array
+        Lengths of the strings in mm.
+    width : float
+        From pulley to pulley in mm.
     """
-    if left + right < width:
-        return None
-    if abs(right**2 - left**2) >= width**2:
-        return (0, left) if left < right else (width, right)
+    left, right = np.asarray(left, float), np.asarray(right, float)
     x = (left**2 - right**2 + width**2) / (2 * width)
-    return x, sqrt(max(0, left**2 - x**2))
+    places = x + 1j * np.sqrt(np.maximum(0, left**2 - x**2))
+    places = np.where(x <= 0, 1j * left, np.where(x >= width, width + 1j * right, places))
+    whole = left + right
+    return np.where(whole < width, width * left / np.maximum(whole, 1e-9), places)
 
 
 class StringPlant:
@@ -134,11 +144,9 @@ class WallPlant:
         """Where the pen hangs, in mm from the left pulley, y down."""
         left, right = ((each.length - each.switch) / self.steps_per_mm
                        for each in (self.left, self.right))
-        place = hangs(left, right, self.width)
-        if place is None:
-            self.torn = True
-            return self.width / 2, 0
-        return place
+        self.torn |= left + right < self.width
+        place = complex(hanging(left, right, self.width))
+        return place.real, place.imag
 
     def feel(self, rows: Iterable[tuple[int, int, int]]) -> None:
         """Follow clocks and coil words of the left and right motor."""

@@ -4,7 +4,7 @@ Written from what the formulas stand for: lengths are mantissas of 36 bits, quot
 rounded down, and what is too large is the highest number that has a place.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import isqrt
 
@@ -24,6 +24,14 @@ class PlanSettings:
     accelerations: Sequence[int]
     steps: Sequence[int]
     deviation: int  # nm
+
+    @classmethod
+    def stored(cls, clock: int, store: Mapping[int, int], axes: int = 3) -> "PlanSettings":
+        """Return those of settings in thousandths by their numbers, such as 110 for $110."""
+        steps, speeds, accelerations = (
+            [store[first + axis] for axis in range(axes)] for first in (100, 110, 120))
+        return cls(clock, [each * 1000 // 60 for each in speeds],
+                   [each * 1000 for each in accelerations], steps, store[11] * 1000)
 
 
 @dataclass(frozen=True)

@@ -25,7 +25,6 @@ from tb.models.gcode_blocks import Motion, ProgramModel
 from tb.models.gcode_plan import Planner
 from tb.models.profile import Block
 from tb.models.walk import segment_steps
-from tb.wall_plant import hangs
 from tools.canvas import COLOURS
 
 WALL = wall()
@@ -99,7 +98,7 @@ class TestLengths:
         line = WALL.planned(*SHORT[number])
         made = WALL.lengths(line)
         settings = WALL.settings
-        dut = Hanging(width=settings.ticks(settings.wall_width), bits=PLACE_BITS,
+        dut = Hanging(width=settings.wall_ticks, bits=PLACE_BITS,
                       first_across=line.first[0], first_below=line.first[1])
         x, y, _ = segment_steps(line.segment)
         ways = {tick: (0, 0) for tick, _ in x + y}
@@ -129,14 +128,12 @@ class TestLengths:
             assert lengths == now, tick
         assert len(changes) > 3 and made.error <= 0.5
 
-    def test_the_pen_is_in_the_triangle_of_gravity(self):
+    def test_the_pen_is_where_strings_of_that_length_meet(self):
         rng = random.Random(2)
-        lengths = [(rng.uniform(100, 2500), rng.uniform(100, 2500)) for _ in range(300)]
-        known = {each: place for each in lengths if (place := hangs(*each, WALL.width))}
-        wanted = np.array([*known.values()])
-        found = np.stack(WALL.pen(*np.array([*known]).T * WALL.steps_per_mm), axis=1)
-        assert len(known) > 100 and found == pytest.approx(wanted, abs=1e-6)
-        assert {0.0, WALL.width} < {*wanted[:, 0].tolist()}  # a string is slack there
+        wanted = np.array([[rng.uniform(0, WALL.width), rng.uniform(1, WALL.height)]
+                           for _ in range(300)])
+        lengths = [each * WALL.steps_per_mm for each in WALL.string_lengths(wanted)]
+        assert np.stack(WALL.pen(*lengths), axis=1) == pytest.approx(wanted, abs=1e-6)
 
     def test_half_a_step_is_worth_most_between_the_pulleys_and_near_their_line(self):
         y = np.array([50.0, 200.0, 500.0])

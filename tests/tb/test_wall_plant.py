@@ -5,16 +5,15 @@ from math import hypot
 import pytest
 
 from fresa.drive import HALF_STEP
-from tb.wall_plant import StringPlant, WallPlant, hangs
+from tb.wall_plant import StringPlant, WallPlant, hanging
 
 WIDTH = 1768
 
 
 def drawn(x: float, y: float, *, wider: float = 0, longer: float = 1) -> tuple[float, float]:
     """Return where the pen hangs for a place, on a wall that is wider, with strings that are."""
-    place = hangs(longer * hypot(x, y), longer * hypot(WIDTH - x, y), WIDTH + wider)
-    assert place
-    return place
+    place = complex(hanging(longer * hypot(x, y), longer * hypot(WIDTH - x, y), WIDTH + wider))
+    return place.real, place.imag
 
 
 @pytest.mark.parametrize(("x", "y"), [(0, 300), (884, 200), (1768, 900), (400, 1700)])
@@ -23,8 +22,12 @@ def test_a_pen_hangs_where_the_strings_meet(x, y):
 
 
 def test_slack_and_torn_strings():
-    assert hangs(300, 2500, WIDTH) == (0, 300) and hangs(2500, 300, WIDTH) == (WIDTH, 300)
-    assert hangs(800, 900, WIDTH) is None
+    places = hanging([300, 2500, 800], [2500, 300, 900], WIDTH)
+    assert places == pytest.approx([300j, WIDTH + 300j, WIDTH * 8 / 17])
+    plant = WallPlant(WIDTH, 1, 300, 400)
+    assert plant.pen and not plant.torn
+    plant.right.length = 1200
+    assert plant.pen and plant.torn
 
 
 def test_a_wall_that_is_wider_than_was_said_lifts_the_middle_of_a_level_line():

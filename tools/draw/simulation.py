@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fresa.machines.vplotter import VPlotterSettings
-from fresa.motion import TICKS_LOG2
 from fresa_host.gcode_lines import program
 from tb.engines import Engine, choose
 from tb.machines.vplotter import MACHINE
+from tb.wall_plant import hanging
 
 from ..console import UserError
 from ..gcode.sender import Sender
@@ -25,7 +25,7 @@ from .curves import Polyline
 from .picture import travels
 from .plan import Plan
 from .program import gcode
-from .strings import MotorString, hanging, step_mm
+from .strings import MotorString, step_mm
 from .timing import Speeds
 from .wall import Wall
 
@@ -98,7 +98,7 @@ class WallSender(Sender):
 
     def __init__(self, engine: Engine, settings: VPlotterSettings, width: float | None = None
                  ) -> None:
-        self._per_mm = float(settings.steps_per_mm[0]) / 2**TICKS_LOG2
+        self._per_mm = settings.steps_of_string
         self._width = settings.wall_width if width is None else width
         x, y = settings.rest
         self._strings = [MotorString(round(abs(complex(across, y)) * self._per_mm))
@@ -228,7 +228,7 @@ def simulate(plan: Plan, sender: WallSender, speeds: Speeds,
 
 def string_steps(plan: Plan, settings: VPlotterSettings) -> int:
     """Return about how many steps both strings take."""
-    per_mm = float(settings.steps_per_mm[0]) / 2**TICKS_LOG2
+    per_mm = settings.steps_of_string
     ways: Sequence[Polyline] = [*plan.lines, *(
         np.array(way) for way in travels(plan.parts, plan.wall.resting))]
     total = 0.0
@@ -242,5 +242,5 @@ def string_steps(plan: Plan, settings: VPlotterSettings) -> int:
 
 def limit(settings: VPlotterSettings) -> Callable[[Polyline], NDArray[np.float64]]:
     """Return what gives how far the pen may be off its line at places: a step of each string."""
-    step = 2**TICKS_LOG2 / float(settings.steps_per_mm[0])
+    step = 1 / settings.steps_of_string
     return lambda places: ROUNDING_MM + step_mm(places, settings.wall_width, step)

@@ -1,4 +1,4 @@
-"""Strings with motors, and the pen that hangs from them, by whole arrays of coil words."""
+"""Strings with motors, by whole arrays of coil words, and how far they move a pen."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -7,7 +7,7 @@ from fresa.drive import HALF_STEP
 
 from .curves import Polyline
 
-__all__ = ["MotorString", "hanging", "step_mm"]
+__all__ = ["MotorString", "step_mm"]
 
 _PHASES = np.full(16, -1, np.int8)
 _PHASES[list(HALF_STEP)] = np.arange(8, dtype=np.int8)
@@ -55,26 +55,6 @@ class MotorString:
         lengths = self.length + changes.cumsum()
         self.length = int(lengths[-1])
         return lengths
-
-
-def hanging(left: NDArray[np.float64], right: NDArray[np.float64], width: float) -> Polyline:
-    """Return where a point hangs on the wall.
-
-    Where one string is slack it hangs below the pulley of the other one. Where the strings do not
-    reach from pulley to pulley it is where they are torn.
-
-    Parameters
-    ----------
-    left, right : array
-        Lengths of the strings in mm.
-    width : float
-        From pulley to pulley in mm.
-    """
-    x = (left**2 - right**2 + width**2) / (2 * width)
-    places = x + 1j * np.sqrt(np.maximum(0, left**2 - x**2))
-    places = np.where(x <= 0, 1j * left, np.where(x >= width, width + 1j * right, places))
-    whole = left + right
-    return np.where(whole < width, width * left / np.maximum(whole, 1e-9), places)
 
 
 def step_mm(places: Polyline, width: float, step: float) -> NDArray[np.float64]:

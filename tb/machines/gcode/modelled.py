@@ -12,15 +12,6 @@ __all__ = ["MODELLED"]
 PROGRAMS, LINES = 6, 30
 
 
-def _settings() -> PlanSettings:
-    store = SHORT.store
-    return PlanSettings(
-        clock=SHORT.clock, deviation=store[11] * 1000,
-        speeds=[store[110 + axis] * 1000 // 60 for axis in range(3)],
-        accelerations=[store[120 + axis] * 1000 for axis in range(3)],
-        steps=[store[100 + axis] for axis in range(3)])
-
-
 def _program(rng: random.Random) -> Iterator[str]:
     """Yield lines, arcs and helices, long and short, with corners of any angle."""
     yield "G91G21G1F6000"
@@ -35,7 +26,7 @@ def _program(rng: random.Random) -> Iterator[str]:
 
 def _modelled() -> Iterator[str]:
     for number in range(PROGRAMS):
-        model = MachineModel(_settings(), SHORT.driver)
+        model = MachineModel(PlanSettings.stored(SHORT.clock, SHORT.store), SHORT.driver)
         model.send("".join(f"{line}\n" for line in _program(random.Random(number))).encode())
         yield repr((model.answers, model.blocks, model.position))
         yield repr(model.steps())

@@ -6,7 +6,7 @@ from typing import Any
 
 from fresa.arithmetic.line import LEAST_CLOCK
 from fresa.machines.vplotter import VPlotter, VPlotterSettings
-from fresa.motion import MAX_BLOCKS, TICKS_LOG2
+from fresa.motion import MAX_BLOCKS
 from fresa.protocol import MAX_MM
 
 from ...diagram import Diagram
@@ -64,7 +64,7 @@ def _plant(*, settings: VPlotterSettings):
     """Return what hangs there, at the place of rest at first."""
     from ...wall_plant import WallPlant
 
-    return WallPlant(settings.wall_width, float(settings.steps_per_mm[0]) / 2**TICKS_LOG2,
+    return WallPlant(settings.wall_width, settings.steps_of_string,
                      *settings.rest, switch_mm=SWITCH_MM, period=settings.period)
 
 

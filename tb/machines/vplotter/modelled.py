@@ -31,13 +31,9 @@ def program(rng: random.Random, count: int) -> list[str]:
 
 def modelled_steps(lines: list[str]) -> list[Steps]:
     """Return the steps of both motors, of lines that are in the queue before the first begins."""
-    store, tick = SHORT.store, 10**6 // int(SHORT.steps_per_mm[0])
+    tick = 10**6 // int(SHORT.steps_per_mm[0])
     place = SHORT.ticks(SHORT.rest[0]), SHORT.ticks(SHORT.rest[1])
-    model = MachineModel(PlanSettings(
-        clock=SHORT.clock, deviation=store[11] * 1000,
-        speeds=[store[110 + axis] * 1000 // 60 for axis in range(3)],
-        accelerations=[store[120 + axis] * 1000 for axis in range(3)],
-        steps=[store[100 + axis] for axis in range(3)]), SHORT.driver)
+    model = MachineModel(PlanSettings.stored(SHORT.clock, SHORT.store), SHORT.driver)
     model.program.begin((place[0] * tick - SHORT.wall_width * 10**6,
                          SHORT.least_y * 10**6 - place[1] * tick, 0))
     model.send("".join(f"{line}\n" for line in lines).encode())

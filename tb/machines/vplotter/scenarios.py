@@ -33,7 +33,7 @@ class WallSession:
                  switch: int = 6) -> None:
         self.engine, self.settings = engine, settings
         self._decoder = Decoder(settings.bit)
-        per_mm = float(settings.steps_per_mm[0]) / 8
+        per_mm = settings.steps_of_string
         self.plant = WallPlant(settings.wall_width, per_mm, *place, switch_mm=switch / per_mm,
                                period=settings.period)
         self.path: list[list[tuple[float, float]]] = []
@@ -123,7 +123,7 @@ def vplotter(run: Run) -> str:
         session.take(60_000, b"ok\r\n" * 3)
         session.rest(60_000)
         (line,) = session.path
-        step = 8 / float(SHORT.steps_per_mm[0])
+        step = 1 / SHORT.steps_of_string
         for name, place, wanted in ("begin", line[0], SHORT.rest), ("end", line[-1], END):
             run.expect(f"{name} of the line within a step", hypot(
                 place[0] - wanted[0], place[1] - wanted[1]) < step, True)

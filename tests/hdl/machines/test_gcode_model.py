@@ -18,12 +18,7 @@ from tests.hdl.machines.test_gcode import SETTINGS, Session, steps
 
 pytestmark = pytest.mark.compiler
 
-STORE = SETTINGS.store
-PLAN = PlanSettings(
-    clock=SETTINGS.clock, deviation=STORE[11] * 1000,
-    speeds=[STORE[110 + axis] * 1000 // 60 for axis in range(3)],
-    accelerations=[STORE[120 + axis] * 1000 for axis in range(3)],
-    steps=[STORE[100 + axis] for axis in range(3)])
+PLAN = PlanSettings.stored(SETTINGS.clock, SETTINGS.store)
 
 
 def lines(rng: random.Random, count: int) -> list[str]:

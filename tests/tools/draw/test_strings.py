@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from fresa.drive import HALF_STEP
-from tb.wall_plant import StringPlant, hangs
-from tools.draw.strings import MotorString, hanging, step_mm
+from tb.wall_plant import StringPlant, hanging
+from tools.draw.strings import MotorString, step_mm
 
 WIDTH, STEP = 1000.0, 1 / 25.4648
 
@@ -31,17 +31,6 @@ def test_a_word_that_is_none_is_a_jump():
     motor = MotorString(5)
     assert motor.feel(np.array([HALF_STEP[0], 15, HALF_STEP[1]])).tolist() == [5, 5, 6]
     assert motor.jumps == 1
-
-
-def test_a_pen_hangs_where_the_plant_has_it():
-    left, right = (each.ravel() for each in np.meshgrid(np.arange(50.0, 1500, 70),
-                                                        np.arange(40.0, 1500, 70)))
-    for a, b, place in zip(left, right, hanging(left, right, WIDTH).tolist(), strict=True):
-        expected = hangs(a, b, WIDTH)
-        if expected is None:
-            assert place == pytest.approx(WIDTH * a / (a + b))
-        else:
-            assert (place.real, place.imag) == pytest.approx(expected)
 
 
 def test_a_step_moves_a_pen_farther_near_to_the_pulleys_line():
