@@ -363,6 +363,5 @@ FEW = {"width": 3, "top": 0, "height": 4, "feed": 5, "brief": True}
 
 WALL_DIALECT = Component(
     make=make, describe=describe, depth=34,
-    cases=(Case(FEW),
-           Case(VPlotterSettings().wall, real=True),
-           Case(FEW, upset=True)))
+    cases=(Case(VPlotterSettings().wall, real=True),  # first, as benches have it
+           Case(FEW), Case(FEW, upset=True)))

@@ -314,7 +314,8 @@ class TestProgress:
         keys(page, "e")
         page.until(lambda: page.browser.title.startswith("Done"), "the end of the job")
         page.browser.refresh()
-        page.until(lambda: page.step == 4, "the page")
+        # Until it knows that, it asks whether the job may end.
+        page.until(lambda: page.status.startswith("Done"), "the page")
         page.programmed(page.find("power").click)
         page.until(lambda: page.browser.title.startswith("Fresa"), "another job")
 
