@@ -326,6 +326,13 @@ DIAGRAMS = (
         "inputs: step direction place: across below lengths_0 lengths_1 outputs: busy", 0, 60,
         radix=("across=dec", "below=dec", "lengths_0=dec", "lengths_1=dec")),
     Diagram(
+        "bowed-line",
+        "Ticks lead the place to the end, one when the one before is taken. Then the left motor "
+        "has a step each pace, and the right one its fewer steps evenly among them.",
+        "inputs: start allowed point_0 point_1 target_0 target_1 "
+        "outputs: active tick drawing follow", 0, 60,
+        radix=("point_0=dec", "point_1=dec", "target_0=dec", "target_1=dec")),
+    Diagram(
         "string-homing",
         "The left string is wound, and the right one paid out, until the switch of the left one "
         "closes; then that is paid out slowly until it opens, and is 0.",

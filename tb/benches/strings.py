@@ -1,9 +1,10 @@
 """Benches of a point that hangs from two strings: its motors, lengths, homing and commands."""
 
+from itertools import pairwise
 from math import hypot
 
 from fresa.drive import HALF_STEP, StringMotor
-from fresa.motion import TICKS_LOG2, AlarmCode, Hanging, StringHoming
+from fresa.motion import TICKS_LOG2, AlarmCode, BowedLine, Hanging, StringHoming
 from fresa.protocol import HomingStage, LineEnd, WallDialect
 
 from ..bench import Run, bench
@@ -104,6 +105,65 @@ def hanging(run: Run) -> str:
 
     run.simulate(dut, test)
     return "both strings always have the nearest length; ticks without room are a fault"
+
+
+@bench
+def bowed_line(run: Run) -> str:
+    """A line whose left string is paid out by 13 steps and its right one wound by 5, evenly."""
+    pace = 3
+    dut = BowedLine(pace=pace, place_bits=5, length_bits=6)
+    point, target = [4, 20], [9, 17]
+    made, length = [20, 30], [33, 25]
+    clocks: list[list[int]] = [[], []]  # of the steps of each motor
+
+    async def plant(ctx):
+        clock = 0
+        while True:
+            for own, value in zip((*dut.point, *dut.target, *dut.made, *dut.length),
+                                  (*point, *target, *made, *length), strict=True):
+                ctx.set(own, value)
+            ctx.set(dut.behind, sum((a != b) << side for side, (a, b) in enumerate(
+                zip(made, length, strict=True))))
+            ctx.set(dut.moved, follow := ctx.get(dut.follow))
+            tick, up = ctx.get(dut.tick), ctx.get(dut.up)
+            await ctx.tick()
+            clock += 1
+            for side in range(2):
+                if follow >> side & 1:
+                    made[side] += 1 if made[side] < length[side] else -1
+                    clocks[side].append(clock)
+                if tick >> side & 1:
+                    point[side] += 1 if up >> side & 1 else -1
+
+    async def test(ctx):
+        run.see(ctx, dut, active=0, drawing=0)
+        ctx.set(dut.start, 1)
+        await ctx.tick()
+        ctx.set(dut.start, 0)
+        ctx.set(dut.begins, 1)
+        await ctx.tick().repeat(3)
+        run.see(ctx, dut, active=1, tick=0)
+        ctx.set(dut.allowed, 1)
+        await run.until(ctx, dut, drawing=1)
+        run.expect("where it draws", point, target)
+        await run.until(ctx, dut, restart=1, within=50)
+        run.expect("lengths", made, length)
+        await ctx.tick().repeat(4)
+        run.see(ctx, dut, active=1, done=0, drawing=0)
+        ctx.set(dut.begins, 0)
+        await run.until(ctx, dut, done=1, within=2)
+        await ctx.tick()
+        run.see(ctx, dut, active=0, done=0, fault=0)
+
+    run.simulate(dut, test, plant)
+    run.expect("steps", [len(each) for each in clocks], [13, 5])
+    run.expect("clocks between steps of the left motor", {
+        b - a for a, b in pairwise(clocks[0])}, {pace})
+    # That is made where its share of the way passes half a step.
+    part = [int(13 * (number + 0.5) / 5) + 1 for number in range(5)]
+    run.expect("steps of the left motor up to each of the right one", [
+        sum(each <= other for each in clocks[0]) for other in clocks[1]], part)
+    return "13 steps of one motor, one each pace, and 5 of the other evenly among them"
 
 
 @bench

@@ -7,6 +7,7 @@ from .axis import AXIS
 from .backlash import BACKLASH
 from .backlash_compensator import BACKLASH_COMPENSATOR
 from .block_loader import BLOCK_LOADER
+from .bowed_line import BOWED_LINE
 from .coil import COIL
 from .contract import Component
 from .controller import CONTROLLER
@@ -129,6 +130,7 @@ GENERAL = {
     "block_loader": BLOCK_LOADER,
     "overrides": OVERRIDES,
     "gcode_homing": GCODE_HOMING,
+    "bowed_line": BOWED_LINE,
     "string_homing": STRING_HOMING,
     "gcode_probing": GCODE_PROBING,
     "gcode_control": GCODE_CONTROL,

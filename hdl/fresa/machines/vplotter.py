@@ -14,19 +14,24 @@ from ..drive import FULL_POWER, MAX_PERIOD, StringMotor
 from ..motion import (
     TICKS_LOG2,
     BlockMotion,
+    BowedLine,
     GCodeControl,
     GCodePlanner,
     GCodeProbing,
     Hanging,
     Overrides,
+    StringCycles,
     StringHoming,
     nearest_steps,
 )
 from ..protocol import (
     MAX_MM,
+    GCodeGate,
     GCodeInterpreter,
+    GCodeReader,
     GCodeSettingStore,
     GCodeState,
+    StoredLines,
     WallDialect,
 )
 from ..roles import (
@@ -49,6 +54,9 @@ __all__ = ["VPlotter", "VPlotterSettings"]
 
 PLACE_BITS, LENGTH_BITS = 19, 18
 """Bits of a place in ticks, and of what a motor has paid out, in steps: of both strings at most."""
+
+FRACTION = 16
+"""Bits of a fraction of the ticks in a mm."""
 
 OFF_SWITCH = 20
 """Millimetres of string in which a switch has to open, at most."""
@@ -76,7 +84,12 @@ class VPlotterSettings(GCodeSettings):
     string_steps : Fraction
         Half steps of a motor per mm of string.
     string_rate : int
-        Half steps a second with which strings are wound in a homing cycle.
+        Half steps a second with which strings are wound in a homing cycle, and that the motor with
+        more of them makes in a bowed line.
+    bowed : bool
+        ``:F`` draws as the thesis: each string at constant speed between its lengths at the ends,
+        so that the line is bowed. Stopped within it the place is unknown, and reports have the end
+        of it from its begin.
 
     Raises
     ------
@@ -98,6 +111,7 @@ class VPlotterSettings(GCodeSettings):
     rest: tuple[int, int] = (884, 884)
     string_steps: Fraction = Fraction("25.4648")
     string_rate: int = 400
+    bowed: bool = False
 
     def __post_init__(self) -> None:
         in_range("wall_width in mm", self.wall_width, 10, MAX_MM)
@@ -176,10 +190,15 @@ class VPlotterSettings(GCodeSettings):
                 "most_off": ceil(OFF_SWITCH * self.string_steps)}
 
     @property
+    def bowed_line(self) -> dict[str, int]:
+        """Parameters of :class:`BowedLine`."""
+        return {"pace": self.pace, "place_bits": PLACE_BITS, "length_bits": LENGTH_BITS}
+
+    @property
     def wall(self) -> dict[str, int]:
         """Parameters of :class:`WallDialect`."""
         return {"width": self.wall_width, "top": self.least_y, "height": self.wall_height,
-                "feed": floor(max(self.max_rate[:2]))}
+                "feed": floor(max(self.max_rate[:2])), **({"bowed": True} if self.bowed else {})}
 
     @property
     def origin(self) -> tuple[int, ...]:
@@ -267,8 +286,18 @@ class VPlotter(GCode):
         self._dialect = WallDialect(**self.settings.wall)
         return super().elaborate(platform)
 
-    def _homing(self) -> StringHoming:
-        return StringHoming(**self.settings.string_homing)
+    def _homing(self) -> StringHoming | StringCycles:
+        homing = StringHoming(**self.settings.string_homing)
+        return (StringCycles(homing, BowedLine(**self.settings.bowed_line))
+                if self.settings.bowed else homing)
+
+    def _store_lines(self, m: Module, anew: Callable, control: GCodeControl, reader: GCodeReader,
+                     gate: GCodeGate, homing, answers: stream.Interface, faults: list
+                     ) -> StoredLines | None:
+        # A bowed line is no start.
+        return super()._store_lines(m, anew, control, reader, gate,
+                                    homing.homing if self.settings.bowed else homing, answers,
+                                    faults)
 
     def _home(self, m: Module, planner: GCodePlanner, motion: BlockMotion, homing,
               store: GCodeSettingStore, configuring: Signal) -> Signal:
@@ -329,6 +358,10 @@ class VPlotter(GCode):
         m.submodules.hanging = hanging = Hanging(**settings.hanging)
         stops, stopped, drops = Signal(), Signal(), Signal()
         homed, homes = Signal(), Signal()
+        step, direction, lifts, known = motion.step[:2], motion.direction[:2], homing.active, homed
+        if isinstance(homing, StringCycles):
+            lifts, known = homing.active & ~homing.drawing, homed | homing.line.active
+            step, direction = self._bow(m, homing, hanging, step, direction)
         fails, failed = Signal(), Signal()  # homing, a clock ago
         m.d.comb += [stops.eq(control.stop | self.fault),
                      fails.eq(homes & ~homing.active & ~homed)]
@@ -339,10 +372,9 @@ class VPlotter(GCode):
                      & (control.state != GCodeState.SLEEP) & ~control.emergency),
         ]
         m.d.comb += [
-            hanging.step.eq(motion.step[:2] & (~stops).replicate(2)),
-            hanging.direction.eq(motion.direction[:2]),
+            hanging.step.eq(step & (~stops).replicate(2)), hanging.direction.eq(direction),
             hanging.begin.eq(homing.place | fails), hanging.drop.eq(drops),
-            dialect.homed.eq(homed), dialect.stage.eq(homing.stage),
+            dialect.homed.eq(known), dialect.stage.eq(homing.stage),
         ]
         faults.append(hanging.fault)
         follows = Signal()  # motors make the lengths that strings shall have
@@ -362,6 +394,8 @@ class VPlotter(GCode):
             ]
             # A motor without power makes what is left when it has some again.
             made.append(~(motor.behind & follows & self._enabled))
+            if isinstance(homing, StringCycles):
+                m.d.comb += [homing.length[side].eq(motor.length), homing.made[side].eq(motor.made)]
         m.d.comb += motion.made.eq(Cat(made).all())
 
         z = Signal(signed(PLACE_BITS))
@@ -369,7 +403,7 @@ class VPlotter(GCode):
             m.d.sync += z.eq(z + Mux(motion.direction[2], 1, -1))
         m.d.comb += [
             self._touches.eq(z < -LIFT * 100),
-            self._lifted.eq(stops | homing.active | (control.state == GCodeState.SLEEP)
+            self._lifted.eq(stops | lifts | (control.state == GCodeState.SLEEP)
                             | (control.state == GCodeState.ALARM)),
         ]
         across, below = hanging.across, hanging.below
@@ -380,6 +414,22 @@ class VPlotter(GCode):
             *(planner.steps[axis].eq(position) for axis, position in enumerate(positions)),
         ]
         return positions
+
+    def _bow(self, m: Module, homing: StringCycles, hanging: Hanging, step: Value,
+             direction: Value) -> tuple[Value, Value]:
+        """Have a bowed line lead the place; return ticks and their directions."""
+        dialect, per_mm = self._dialect, round(self.settings.steps_per_mm[0] * (1 << FRACTION))
+        m.d.comb += [
+            homing.bows.eq(dialect.bows), dialect.drawing.eq(homing.drawing),
+            homing.point[0].eq(hanging.across), homing.point[1].eq(hanging.below),
+            homing.busy.eq(hanging.busy),
+        ]
+        for target, mm in zip(homing.target, dialect.end, strict=True):
+            ticks = Signal(PLACE_BITS)
+            m.d.sync += ticks.eq((mm * per_mm + (1 << FRACTION - 1)) >> FRACTION)
+            m.d.comb += target.eq(ticks)
+        right, down = homing.up
+        return step | homing.tick, Mux(homing.tick.any(), Cat(right, ~down), direction)
 
     def _tools(self, m: Module, outputs) -> None:
         """Leave out what a plotter has not: the pen is in place of a spindle."""

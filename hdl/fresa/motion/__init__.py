@@ -6,6 +6,7 @@ from .backlash import MAX_BACKLASH, Backlash, BacklashCompensator
 from .block_loader import BlockLoader
 from .block_motion import BlockMotion
 from .blocks import Outputs, OverrideKind
+from .bowed_line import BowedLine
 from .controller import NumericalController
 from .coordinates import CoordinateGenerator
 from .counter import StepCounter
@@ -37,6 +38,7 @@ from .squaring import MotorSquaring
 from .start import StartHandshake
 from .step_accumulator import StepAccumulator
 from .step_ratio import StepRatio
+from .string_cycles import StringCycles
 from .string_homing import StringHoming
 from .string_length import TICKS_LOG2, StringLength, nearest_steps
 from .walk import WALK_DELAY, PathWalk, Segment
@@ -45,12 +47,13 @@ __all__ = [
     "HOMING", "KINEMATICS", "MAX_ACCELERATION", "MAX_BACKLASH", "MAX_BLOCKS", "MAX_LEVELS",
     "OVERRIDE_BITS", "PICTURE_LIMIT", "TICKS_LOG2", "WALK_DELAY", "AlarmCode", "Answer",
     "AutomaticControl", "Axis", "Backlash", "BacklashCompensator", "BlockLoader", "BlockMotion",
-    "BlockQueue", "CoordinateGenerator", "CoreXY", "GCodeControl", "GCodeHoming", "GCodePlanner",
-    "GCodeProbing", "GuardedController", "Hanging", "HomingRequest", "Limits", "ManualControl",
+    "BlockQueue", "BowedLine", "CoordinateGenerator", "CoreXY", "GCodeControl", "GCodeHoming",
+    "GCodePlanner", "GCodeProbing", "GuardedController", "Hanging", "HomingRequest", "Limits",
+    "ManualControl",
     "MotionSequencer", "MotorSquaring", "Move", "MoveTo", "NominalSpeed", "NumericalController",
     "Order", "OrderControl", "OrderLedger", "Outcome", "Outputs", "OverrideKind", "Overrides",
     "PathWalk", "PointStore", "Ramp", "Request", "RequestKind", "Rotator", "Segment",
     "SpeedProfile", "SpiralWalk", "SquareGenerator", "SquareRoot", "StartHandshake",
-    "StepAccumulator", "StepCounter", "StepRatio", "StringHoming", "StringLength",
+    "StepAccumulator", "StepCounter", "StepRatio", "StringCycles", "StringHoming", "StringLength",
     "nearest_steps", "ramp_rates",
 ]

@@ -146,6 +146,9 @@ class WallDialect(wiring.Component):
         machine are 0 at x = `width`, y = `top`, and negative elsewhere.
     feed : int
         Highest speed in mm/min, of the line of motions.
+    bowed : bool
+        ``:F`` is drawn as in the thesis, with each string at constant speed, while the machine is
+        in the state of homing: by ``$H`` and ``bows``.
 
     Members
     -------
@@ -169,6 +172,10 @@ class WallDialect(wiring.Component):
         Power the motors; do so with a reset, as it sleeps. For one clock each.
     pen, lifts : Out(1)
         A command draws; it goes to a start point, so that the pen has to be off.
+    bows, end : Out(1), Out(14) x 2
+        The ``$H`` that is to be answered is a bowed line; its end point. Only if `bowed`.
+    drawing : In(1)
+        The motors draw that. Only if `bowed`.
     states : Out(6) x 3
         State of the master, and of the motors.
     bytes : Out(stream.Signature(8))
@@ -184,28 +191,34 @@ class WallDialect(wiring.Component):
     Source: thesis of the hanging plotter, 3.1. Its texts are not known, so these are ours.
     """
 
-    def __init__(self, *, width: int, top: int, height: int, feed: int) -> None:
+    def __init__(self, *, width: int, top: int, height: int, feed: int, bowed: bool = False
+                 ) -> None:
         self.width = in_range("width of the wall in mm", width, 1, MAX_MM)
         self.height = in_range("height of the wall in mm", height, 1, MAX_MM)
         self.top = in_range("least y in mm", top, 0, height)
         self.feed = in_range("feed in mm/min", feed, 1, 10**6)
+        self.bowed = bowed
+        bows = {"bows": Out(1), "end": Out(14).array(2), "drawing": In(1)} if bowed else {}
         super().__init__({
             "lines": In(stream.Signature(LineItem)), "items": Out(stream.Signature(LineItem)),
             "answered": In(1), "refused": In(1), "own": Out(1), "moving": In(1), "homed": In(1),
             "powered": In(1), "sleeping": In(1), "stage": In(HomingStage), "cancelled": In(1),
             "renewed": In(1), "power": Out(1), "wake": Out(1), "pen": Out(1),
             "lifts": Out(1),
-            "states": Out(6).array(3), "bytes": Out(stream.Signature(8)), "fault": Out(1)})
+            "states": Out(6).array(3), "bytes": Out(stream.Signature(8)), "fault": Out(1), **bows})
 
     def elaborate(self, platform) -> Module:
         m = Module()
         w = _Work()
+        draws = w.job == _Job.DRAW
         m.d.comb += [
             self.own.eq(w.phase == _Phase.ASKED),
-            self.pen.eq((w.job == _Job.DRAW)
-                        & ((w.phase == _Phase.SETTLE) | (w.phase == _Phase.MOVE))),
+            self.pen.eq(draws & (self.drawing if self.bowed else (w.phase == _Phase.SETTLE)
+                                 | (w.phase == _Phase.MOVE))),
             self.lifts.eq((w.job == _Job.GO) & (w.phase != _Phase.NONE)),
         ]
+        if self.bowed:
+            m.d.comb += self.bows.eq(draws & (w.phase == _Phase.ASKED))
         faults = [self._speak(m, w), self._take_lines(m, w)]
         self._carry_out(m, w)
         m.d.comb += self.fault.eq(Cat(faults).any())
@@ -298,6 +311,9 @@ class WallDialect(wiring.Component):
         def begin(job: _Job) -> None:
             m.d.sync += [w.job.eq(job), w.phase.eq(_Phase.ASKED), w.sends.eq(1), w.told.eq(0),
                          w.stopped.eq(0), w.ready.eq(0)]
+            if self.bowed:
+                m.d.sync += [place.eq(each) for place, each in zip(
+                    self.end, w.coordinates, strict=True)]
 
         with m.If(damaged):
             self._reply(m, w, _Text.DAMAGED)
@@ -355,10 +371,17 @@ class WallDialect(wiring.Component):
                     m.d.sync += w.told.eq(self.stage)
                     with m.If(self.stage != HomingStage.NONE):
                         tell(self.stage.as_value() - 1)
+                if self.bowed:
+                    with m.If(self.pen & (w.told == 0) & ~w.tells):
+                        m.d.sync += w.told.eq(1)
+                        tell(_Text.DRAWING)
                 with m.If(self.answered):
                     with m.Switch(w.job):
                         with m.Case(_Job.HOME):
                             end(_Text.HOMED)
+                        if self.bowed:
+                            with m.Case(_Job.DRAW):
+                                end(_Text.DRAWN)
                         with m.Case(_Job.SLEEP):
                             end(_Text.RELEASED)
                         with m.Default():
@@ -399,6 +422,8 @@ class WallDialect(wiring.Component):
         seeks_left = self.stage == HomingStage.FIRST
         rests = self.homed | (self.stage == HomingStage.REST)
         learns = draws & asked  # a motor its speed
+        if self.bowed:
+            learns &= ~self.drawing
         m.d.comb += [
             self.states[0].eq(Cat(self.powered, homes, self.homed, ~homes & moves, w.ready,
                                   draws & (asked | going))),
@@ -420,7 +445,10 @@ class WallDialect(wiring.Component):
         second = Signal()  # the second digit; Y
         piece = Signal(_Text)
         lost = Signal()  # the line is, by a reset
-        jogs = w.job.as_value()[1]
+        jogs = w.job == _Job.GO if self.bowed else w.job.as_value()[1]
+        homes = w.job == _Job.HOME
+        if self.bowed:
+            homes |= w.job == _Job.DRAW
         x, y = w.coordinates
 
         def ask(text, then: str) -> None:
@@ -447,7 +475,7 @@ class WallDialect(wiring.Component):
                     m.next = "PIECE"
                     m.d.sync += w.sends.eq(0)
                     m.d.sync += piece.eq(Mux(jogs, _Text.LINE_JOG, Mux(
-                        w.job == _Job.HOME, _Text.LINE_HOME, _Text.LINE_SLEEP)))
+                        homes, _Text.LINE_HOME, _Text.LINE_SLEEP)))
             for state, waits in (("REPLY", w.replies), ("TELL", w.tells)):
                 with m.State(state):
                     m.d.comb += [self.bytes.valid.eq(texts.bytes.valid),

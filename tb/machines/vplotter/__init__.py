@@ -85,6 +85,8 @@ OPTIONS = (
            "25.4648", metavar="N", serve=True),
     Option("string_rate", "half steps a second with which homing winds the strings (default: "
            "%(default)s)", DEFAULT.string_rate, least=1, metavar="N", serve=True),
+    Option("bowed", "draw :F as the thesis: each string at a constant speed, --string-rate the "
+           "faster one, so that the line is bowed", False, serve=True),
     Option("rate", "highest speed of the pen in X and in Y, in mm/min (default: %(default)s)",
            "3000", metavar="N", serve=True),
     Option("acceleration", "of the pen in X and in Y, in mm/s² (default: %(default)s)", "100",

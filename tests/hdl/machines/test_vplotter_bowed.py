@@ -1,0 +1,74 @@
+# amaranth: UnusedElaboratable=no
+
+"""`vplotter` with lines that are bowed, as those of the thesis."""
+
+from dataclasses import replace
+from math import hypot
+
+import pytest
+
+from fresa.machines.vplotter import VPlotter
+from tb.boards import component
+from tb.engines import CXXRTLEngine
+from tb.machines.vplotter.scenarios import GREETING, WallSession, from_chord
+from tb.wall_plant import hanging
+from tests.hdl.machines.test_vplotter import SETTINGS, STEP, apart, command, home, where
+
+BOWED = replace(SETTINGS, bowed=True)
+WIDTH = SETTINGS.wall_width
+
+pytestmark = pytest.mark.compiler
+
+
+@pytest.fixture(scope="module")
+def design():
+    return component("vplotter", VPlotter(settings=BOWED))
+
+
+@pytest.fixture
+def session(design):
+    with CXXRTLEngine(design) as engine:
+        made = WallSession(engine, BOWED, place=(20, 40), switch=20)
+        assert made.take(20_000, GREETING) == GREETING
+        yield made
+        assert engine.get("fault") == 0
+        assert made.plant.left.jumps == made.plant.right.jumps == 0
+        assert not made.plant.torn
+        assert min(made.plant.left.nearest, made.plant.right.nearest) >= BOWED.period
+
+
+def start(session: WallSession, x: int, y: int) -> None:
+    command(session, f":I{x:04}{y:04}", "Going to the start point.")
+    assert session.take(4_000_000, b"\r\n").startswith(b"At the start point.")
+    session.path.clear()
+
+
+def strings(place) -> tuple[float, float]:
+    return hypot(*place), hypot(WIDTH - place[0], place[1])
+
+
+@pytest.mark.parametrize(("begin", "end"), [
+    ((5, 15), (55, 15)), ((50, 58), (12, 20)), ((30, 12), (30, 60)), ((0, 30), (0, 30)),
+    ((10, 40), (11, 40))])
+def test_each_string_changes_its_length_at_a_constant_speed(session, begin, end):
+    home(session)
+    start(session, *begin)
+    command(session, f":F{end[0]:04}{end[1]:04}", "Drawing.", 400_000)
+    assert session.take(8_000_000, b"\r\n").startswith(b"Line drawn. Give a start point")
+    session.rest()
+    apart(session, end)
+    assert where(session) == pytest.approx(end, abs=0.01)
+    firsts, lasts = strings(begin), strings(end)
+    (line,) = session.path or [[begin]]
+    longer = max((0, 1), key=lambda side: abs(lasts[side] - firsts[side]))
+    whole = lasts[longer] - firsts[longer]
+    for place in line:
+        found = strings(place)
+        part = (found[longer] - firsts[longer]) / whole if whole else 0
+        for length, first, last in zip(found, firsts, lasts, strict=True):
+            assert length == pytest.approx(first + part * (last - first), abs=1.6 * STEP)
+    if hypot(end[0] - begin[0], end[1] - begin[1]) > 20:
+        left, right = ((a + b) / 2 for a, b in zip(firsts, lasts, strict=True))
+        half = complex(hanging(left, right, WIDTH))
+        bow = from_chord([(half.real, half.imag)], begin, end)
+        assert from_chord(line, begin, end) == pytest.approx(bow, rel=0.2, abs=3 * STEP)
