@@ -47,5 +47,5 @@ class StringCycles(wiring.Component):
             elif flow is In:
                 m.d.comb += [each.eq(port) for each in inner]
             else:  # that of a part at rest is 0
-                m.d.comb += port.eq(inner[0] | inner[-1])
+                m.d.comb += port.eq(inner[0] if len(inner) == 1 else inner[0] | inner[1])
         return m

@@ -72,3 +72,37 @@ def test_each_string_changes_its_length_at_a_constant_speed(session, begin, end)
         half = complex(hanging(left, right, WIDTH))
         bow = from_chord([(half.real, half.imag)], begin, end)
         assert from_chord(line, begin, end) == pytest.approx(bow, rel=0.2, abs=3 * STEP)
+
+
+def test_it_is_a_homing_cycle_to_the_rest_of_the_machine(session):
+    home(session)
+    start(session, 5, 15)
+    command(session, ":S0", "15")
+    command(session, ":F00550015", "Drawing.", 400_000)
+    for state in ":S0", ":S1", ":S2":
+        command(session, state, "2D")
+    session.send("?")
+    assert session.take(20_000, b">\r\n").startswith(b"<Home|")
+    command(session, ":I00100020", "Busy: wait until it stands.")
+    session.send("!")  # which does nothing, as in homing
+    assert session.take(8_000_000, b"\r\n").startswith(b"Line drawn.")
+    session.send("?")
+    assert session.take(20_000, b">\r\n").startswith(b"<Idle|")
+    apart(session, (55, 15))
+    command(session, ":S0", "05")
+
+
+def test_a_reset_within_it_forgets_the_place(session):
+    home(session)
+    start(session, 5, 15)
+    command(session, ":F00550015", "Drawing.", 400_000)
+    session.run(100_000)
+    session.send("\x18")
+    assert b"Stopped before the end." in session.take(60_000, b"unlock]\r\n")
+    before = session.pen
+    session.run(200_000)
+    assert session.pen == before and not session.engine.get("pen")
+    command(session, ":I00100020", "The place is unknown. Home first: :H")
+    assert session.ask("$H", "ok", 8_000_000) == b"ok\r\n"
+    session.rest()
+    apart(session, SETTINGS.rest)
