@@ -333,6 +333,11 @@ DIAGRAMS = (
         "outputs: active tick drawing follow", 0, 60,
         radix=("point_0=dec", "point_1=dec", "target_0=dec", "target_1=dec")),
     Diagram(
+        "string-cycles",
+        "A bowed line of one step, and then a homing cycle.",
+        "inputs: bows start moved behind outputs: active drawing follow restart done stage step", 0,
+        18),
+    Diagram(
         "string-homing",
         "The left string is wound, and the right one paid out, until the switch of the left one "
         "closes; then that is paid out slowly until it opens, and is 0.",

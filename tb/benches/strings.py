@@ -4,7 +4,7 @@ from itertools import pairwise
 from math import hypot
 
 from fresa.drive import HALF_STEP, StringMotor
-from fresa.motion import TICKS_LOG2, AlarmCode, BowedLine, Hanging, StringHoming
+from fresa.motion import TICKS_LOG2, AlarmCode, BowedLine, Hanging, StringCycles, StringHoming
 from fresa.protocol import HomingStage, LineEnd, WallDialect
 
 from ..bench import Run, bench
@@ -109,7 +109,7 @@ def hanging(run: Run) -> str:
 
 @bench
 def bowed_line(run: Run) -> str:
-    """A line whose left string is paid out by 13 steps and its right one wound by 5, evenly."""
+    """A line of 13 steps of the left string and 5 of the right one, evenly."""
     pace = 3
     dut = BowedLine(pace=pace, place_bits=5, length_bits=6)
     point, target = [4, 20], [9, 17]
@@ -164,6 +164,42 @@ def bowed_line(run: Run) -> str:
     run.expect("steps of the left motor up to each of the right one", [
         sum(each <= other for each in clocks[0]) for other in clocks[1]], part)
     return "13 steps of one motor, one each pace, and 5 of the other evenly among them"
+
+
+@bench
+def string_cycles(run: Run) -> str:
+    """A bowed line, and then a homing cycle that begins."""
+    dut = StringCycles(StringHoming(pace=3, most=12, most_off=4),
+                       BowedLine(pace=3, place_bits=4, length_bits=5))
+
+    async def start(ctx, bows):
+        ctx.set(dut.bows, bows)
+        ctx.set(dut.start, 1)
+        await ctx.tick()
+        ctx.set(dut.start, 0)
+        run.see(ctx, dut, active=1)
+
+    async def test(ctx):
+        ctx.set(dut.allowed, 1)
+        ctx.set(dut.length[1], 1)
+        ctx.set(dut.behind, 0b10)
+        await start(ctx, 1)
+        await run.until(ctx, dut, follow=0b10, within=12)
+        run.see(ctx, dut, drawing=1, stage=HomingStage.NONE.value, step=0)
+        ctx.set(dut.moved, 0b10)
+        await ctx.tick()
+        ctx.set(dut.moved, 0)
+        ctx.set(dut.behind, 0)
+        await run.until(ctx, dut, restart=1, within=4)
+        await run.until(ctx, dut, done=1, within=4)
+        await ctx.tick()
+        run.see(ctx, dut, active=0)
+        await start(ctx, 0)
+        await run.until(ctx, dut, step=0b11, within=8)
+        run.see(ctx, dut, drawing=0, follow=0, stage=HomingStage.FIRST.value, fault=0)
+
+    run.simulate(dut, test)
+    return "each does what it is started for"
 
 
 @bench
