@@ -187,7 +187,8 @@ class Wall:
     plan : PlanSettings
         What it plans by.
     width, height, least_y : float
-        Wall in mm.
+        Wall in mm. The left pulley is up to a tick farther to the left, so that whole ticks are
+        between both.
     """
 
     def __init__(self, settings: VPlotterSettings, steps_per_mm: float | None = None) -> None:
@@ -197,6 +198,8 @@ class Wall:
         self.least_y, self.per_mm = float(settings.least_y), self.plan.steps[0] / 1000
         self.steps_per_mm = steps_per_mm or settings.steps_of_string
         self._across, self._top = settings.wall_ticks, settings.ticks(settings.least_y)
+        # A wall is whole ticks wide, and its place counted from the right: so it hangs to the left.
+        self._left = self.width - self._across / self.per_mm
 
     def planned(self, begin: Point, end: Point, feed: float | None = None) -> PlannedLine:
         """Plan a line, with a feed in mm/min if not as fast as can be."""
@@ -242,8 +245,9 @@ class Wall:
 
     def pen(self, left: Floats, right: Floats) -> tuple[Floats, Floats]:
         """Return where the pen hangs of strings of so many steps, in mm."""
-        place = hanging(left / self.steps_per_mm, right / self.steps_per_mm, self.width)
-        return place.real, place.imag
+        place = hanging(left / self.steps_per_mm, right / self.steps_per_mm,
+                        self.width - self._left)
+        return place.real + self._left, place.imag
 
     def farthest(self, x: Floats, y: Floats) -> Floats:
         """Return how far from a place the pen can be, in mm, by rounding alone.
@@ -263,4 +267,5 @@ class Wall:
 
     def string_lengths(self, points: Floats) -> Sequence[Floats]:
         """Return the true lengths of both strings to points, in mm."""
-        return [np.hypot(points[:, 0] - across, points[:, 1]) for across in (0, self.width)]
+        return [np.hypot(points[:, 0] - across, points[:, 1])
+                for across in (self._left, self.width)]
