@@ -34,7 +34,8 @@ class TestMachines:
         for outcome in fuzz(TARGETS[name], 5, 8000):
             findings = outcome.findings
             assert findings.failures == []
-            assert findings.bytes >= 8000 and findings.answers > 20 and findings.steps > 200
+            assert findings.bytes >= 8000 and findings.answers > 20
+            assert findings.steps > (200 if name == "vplotter" else 500)  # its strings are coarse
             assert findings.timed > findings.steps // 4 or not TARGETS[name].times
 
     def test_step_times(self, name):

@@ -113,7 +113,8 @@ class TestMachinesOnALine:
         status, (machine,) = run_json(tmp_path / "it.json", "resets", "--machine", name,
                                     "--resets", 200, "--jobs", 1)
         assert (status, machine["machine"], machine["wrong"]) == (0, name, [])
-        assert machine["resets"] == 200 and machine["steps"] > 500
+        coarse = name == "vplotter"  # its strings are
+        assert machine["resets"] == 200 and machine["steps"] > (500 if coarse else 1000)
         right = "every coil word legal" if name in ("single", "vplotter") else "every pulse whole"
         assert f"{right}, none moved" in capsys.readouterr().out
         status, (machine,) = run_json(tmp_path / "it.json", "flips", "--machine", name,
