@@ -3,6 +3,8 @@
 """`vplotter`: sessions on its line, with a plant that knows two strings and gravity alone."""
 
 import random
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from fractions import Fraction
 from math import hypot
@@ -11,6 +13,7 @@ import pytest
 
 from fresa.machines.vplotter import VPlotter, VPlotterSettings
 from tb.boards import component
+from tb.design import Design
 from tb.engines import CXXRTLEngine
 from tb.machines.vplotter.scenarios import GREETING, WallSession, from_chord
 
@@ -29,16 +32,23 @@ def design():
     return component("vplotter", VPlotter(settings=SETTINGS))
 
 
-@pytest.fixture
-def session(design):
+@contextmanager
+def started(design: Design, settings: VPlotterSettings) -> Iterator[WallSession]:
+    """Give a session with the machine, and check what holds in every one."""
     with CXXRTLEngine(design) as engine:
-        made = WallSession(engine, SETTINGS, place=(20, 40), switch=20)
+        made = WallSession(engine, settings, place=(20, 40), switch=20)
         assert made.take(20_000, GREETING) == GREETING
         yield made
         assert engine.get("fault") == 0
         assert made.plant.left.jumps == made.plant.right.jumps == 0
         assert not made.plant.torn
-        assert min(made.plant.left.nearest, made.plant.right.nearest) >= SETTINGS.period
+        assert min(made.plant.left.nearest, made.plant.right.nearest) >= settings.period
+
+
+@pytest.fixture
+def session(design):
+    with started(design, SETTINGS) as made:
+        yield made
 
 
 def home(session: WallSession) -> None:

@@ -9,10 +9,17 @@ import pytest
 
 from fresa.machines.vplotter import VPlotter
 from tb.boards import component
-from tb.engines import CXXRTLEngine
-from tb.machines.vplotter.scenarios import GREETING, WallSession, from_chord
+from tb.machines.vplotter.scenarios import WallSession, from_chord
 from tb.wall_plant import hanging
-from tests.hdl.machines.test_vplotter import SETTINGS, STEP, apart, command, home, where
+from tests.hdl.machines.test_vplotter import (
+    SETTINGS,
+    STEP,
+    apart,
+    command,
+    home,
+    started,
+    where,
+)
 
 BOWED = replace(SETTINGS, bowed=True)
 WIDTH = SETTINGS.wall_width
@@ -27,14 +34,8 @@ def design():
 
 @pytest.fixture
 def session(design):
-    with CXXRTLEngine(design) as engine:
-        made = WallSession(engine, BOWED, place=(20, 40), switch=20)
-        assert made.take(20_000, GREETING) == GREETING
+    with started(design, BOWED) as made:
         yield made
-        assert engine.get("fault") == 0
-        assert made.plant.left.jumps == made.plant.right.jumps == 0
-        assert not made.plant.torn
-        assert min(made.plant.left.nearest, made.plant.right.nearest) >= BOWED.period
 
 
 def start(session: WallSession, x: int, y: int) -> None:
@@ -53,9 +54,17 @@ def strings(place) -> tuple[float, float]:
 def test_each_string_changes_its_length_at_a_constant_speed(session, begin, end):
     home(session)
     start(session, *begin)
+    motors = session.plant.left, session.plant.right
+    nearest = [motor.nearest for motor in motors]
+    for motor in motors:
+        motor.nearest = 1 << 62
     command(session, f":F{end[0]:04}{end[1]:04}", "Drawing.", 400_000)
     assert session.take(8_000_000, b"\r\n").startswith(b"Line drawn. Give a start point")
     session.rest()
+    if begin != end:
+        assert min(motor.nearest for motor in motors) == BOWED.pace
+    for motor, least in zip(motors, nearest, strict=True):
+        motor.nearest = min(motor.nearest, least)
     apart(session, end)
     assert where(session) == pytest.approx(end, abs=0.01)
     firsts, lasts = strings(begin), strings(end)
@@ -92,11 +101,18 @@ def test_it_is_a_homing_cycle_to_the_rest_of_the_machine(session):
     command(session, ":S0", "05")
 
 
-def test_a_reset_within_it_forgets_the_place(session):
+@pytest.mark.parametrize("name", ["", "stop", "motor_fault", "door"])
+def test_what_ends_it_forgets_the_place(session, name):
+    """A reset does, and a contact, after which a reset is wanted."""
     home(session)
     start(session, 5, 15)
     command(session, ":F00550015", "Drawing.", 400_000)
     session.run(100_000)
+    if name:
+        session.engine.set(**{name: 1})
+        session.run(20_000)
+        session.engine.set(**{name: 0})
+        session.run(20_000)
     session.send("\x18")
     assert b"Stopped before the end." in session.take(60_000, b"unlock]\r\n")
     before = session.pen
