@@ -8,17 +8,15 @@ from dataclasses import replace
 from fresa.machines.gcode import GCode
 from fresa.protocol import SETTINGS
 from tb import boards
+from tb.faults.gcode import PLANNED, GCodeSession
 from tb.faults.rows import Rows
-from tb.faults.session import BYTE, Session, sessions_and_fuzz
+from tb.faults.session import BYTE, sessions_and_fuzz
 from tb.faults.target import FaultTarget, Line, Pulses
 
 from . import SHORT
 from .fuzz import AXES, BIT, FUZZ
 
 __all__ = ["FAULTS", "sessions", "target"]
-
-PLANNED = 6000
-"""Clocks in which a line has begun to move, or was answered."""
 
 BUILT = replace(SHORT, low_ns=1500, setup_ns=1000, hold_ns=2000)
 
@@ -81,16 +79,8 @@ FAULTS = {None: target}
 """Its builds for fault injection; it has no guard."""
 
 
-def _session() -> Session:
-    return Session(*[0] * len(OTHERS))
-
-
-def _pressed(name: str, level: int = 1) -> tuple[int, ...]:
-    return tuple(level if other == name else 0 for other in OTHERS)
-
-
-def _way(rng: random.Random, most: float) -> str:
-    return "".join(f"{axis}{rng.uniform(-most, most):.3f}" for axis in AXES)
+def _session(rng: random.Random) -> GCodeSession:
+    return GCodeSession(rng, OTHERS, axes=AXES, digits=3, feed=9000, brake=4000)
 
 
 def _work(seed: int, count: int) -> Rows:
@@ -99,65 +89,38 @@ def _work(seed: int, count: int) -> Rows:
     No place is called otherwise on the way, so the positions are the steps from the last reset on.
     At the end the machine rests.
     """
-    rng, s = random.Random(seed), _session()
-
-    def move(clocks: int = PLANNED) -> None:
-        s.send(f"G1{_way(rng, 0.4)}\n".encode(), clocks)
-
-    def press(name: str, level: int = 1, clocks: int = 200) -> None:
-        s.press(*_pressed(name, level))
-        s.hold(clocks)
-        s.press(*_pressed(name, 0))
-        s.hold(100)
-
-    def begin() -> None:
-        """Begin anew after a reset, be it locked."""
-        s.send(b"$X\nG91F9000\n", PLANNED)
-
+    rng = random.Random(seed)
+    s = _session(rng)
     s.hold(4 * BYTE)
     s.send(b"G91F9000\n", PLANNED)
     s.rest()
     for _ in range(count):
         kind = rng.randrange(12)
-        if kind < 3:  # several lines, planned together
-            for _ in range(rng.randint(1, 3)):
-                move(BYTE)
-            s.hold(PLANNED)
+        if kind < 3:
+            s.move_several()
         elif kind == 3:
             size = rng.uniform(0.05, 0.2)
             s.send(f"G{rng.choice('23')}X{size:.3f}Y0Z0.05R{size:.3f}\n".encode(), 2 * PLANNED)
         elif kind == 4:
-            move(PLANNED + rng.randint(1, 4000))
-            s.send(b"!", rng.randint(1, 8000))
-            s.send(b"~", rng.randint(1, 2000))
-            s.hold(8000)
-            s.send(b"~", 200)  # the one before does nothing while it still slows down
+            s.hold_feed()
         elif kind == 5:
-            move(rng.randint(1, 12_000))
-            s.send(b"\x18", 10_000)
-            begin()
-        elif kind == 6:  # stops at once, until a reset
-            move(PLANNED + rng.randint(1, 4000))
-            press(rng.choice(["limits", "stop", "motor_fault"]))
-            s.send(b"\x18", 2000)
-            begin()
+            s.reset_softly()
+        elif kind == 6:
+            s.stop("limits", "stop", "motor_fault")
         elif kind == 7:
             s.send(rng.choice([b"G5\n", b"X1X2\n", b"G4P0.002\n", b"M3S500\n", b"G20\nG21\n",
                                b"?", b"$G\n", b"G90\nG91\n", b"M8\nM9\n"]), 2 * PLANNED)
         elif kind == 8:
-            s.send(f"$J=G91F9000{_way(rng, 0.4)}\n".encode(), PLANNED + rng.randint(1, 4000))
-            s.send(b"\x85", 8000)
+            s.jog()
         elif kind == 9:
-            s.send(b"G38.3Z-0.3\n", PLANNED + rng.randint(1, 4000))
-            press("probe", clocks=8000)
+            s.send(b"G38.3Z-0.3\n", s.moving())
+            s.tap("probe", clocks=8000)
         elif kind == 10:
-            move(PLANNED + rng.randint(1, 4000))
-            press("door", clocks=8000)
+            s.move(s.moving())
+            s.tap("door", clocks=8000)
             s.send(b"~", 200)
         else:
-            move(rng.randint(1, 12_000))
-            s.reset(rng.choice([1, 1, 2, 20]))
-            begin()
+            s.reset_all()
         s.rest()
     s.rest()
     s.hold(200)
@@ -166,17 +129,12 @@ def _work(seed: int, count: int) -> Rows:
 
 def sessions(seed: int) -> Rows:
     """Give sessions of which each soon moves all motors; work begins one after each reset."""
-    rng, s = random.Random(seed), _session()
+    s = _session(random.Random(seed))
     for _ in range(40):
         s.begin()
         s.send(b"G91F9000\n")
-        for _ in range(3):
-            s.send(f"G1{_way(rng, 1)}\n".encode(), rng.randint(1, 2000))
-        s.hold(rng.randint(1, 8000))
-        s.press(*_pressed(rng.choice(OTHERS), rng.choice([0, 1])))
-        s.send(rng.choice([b"!", b"\x18", b"?", b"~", b"$32=1", b"G2X0.2I0.1", b"$J=G91X1F900",
-                           b"M3S500"]) + b"\n", 4000)
-        s.press(*_pressed("", 0))
+        s.interrupt(8000, b"!", b"\x18", b"?", b"~", b"$32=1", b"G2X0.2I0.1", b"$J=G91X1F900",
+                    b"M3S500")
     return s.written
 
 
@@ -186,7 +144,7 @@ def _question() -> tuple[Rows, tuple[int, ...], tuple[int, ...]]:
     Where a contact was on in the reset the machine is locked, or stands still; but it answers,
     behind its messages of that.
     """
-    s = _session()
+    s = _session(random.Random(0))
     s.hold(4 * BYTE)
     s.send(b"\x18", 1000)
     s.send(b"$X\nG21G91G1X.05Y-.025Z.0125F9000\nX1X2\n", 120 * BYTE)

@@ -11,8 +11,9 @@ from fresa.drive import HALF_STEP
 from fresa.machines.vplotter import VPlotter
 from fresa.protocol import SETTINGS
 from tb import boards
+from tb.faults.gcode import PLANNED, GCodeSession
 from tb.faults.rows import Rows
-from tb.faults.session import BYTE, Session, sessions_and_fuzz
+from tb.faults.session import BYTE, sessions_and_fuzz
 from tb.faults.target import Coils, FaultTarget, Line
 
 from ..gcode.faults import OF_MEMORIES, OF_WALK
@@ -21,9 +22,6 @@ from .fuzz import FUZZ
 from .fuzz_check import BIT
 
 __all__ = ["FAULTS", "sessions", "target"]
-
-PLANNED = 6000
-"""Clocks in which a line has begun to move, or was answered."""
 
 BUILT = replace(
     SHORT, wall_width=10, wall_height=10, least_y=2, rest=(5, 5), string_steps=Fraction(24),
@@ -78,19 +76,11 @@ FAULTS = {None: target}
 """Its builds for fault injection; it has no guard."""
 
 
-def _session() -> Session:
-    return Session(*[0] * len(OTHERS))
+def _session(rng: random.Random) -> GCodeSession:
+    return GCodeSession(rng, OTHERS, axes="XY", digits=2, feed=8000, brake=8000)
 
 
-def _pressed(name: str, level: int = 1) -> tuple[int, ...]:
-    return tuple(level if other == name else 0 for other in OTHERS)
-
-
-def _way(rng: random.Random, most: float) -> str:
-    return "".join(f"{axis}{rng.uniform(-most, most):.2f}" for axis in "XY")
-
-
-def _home(s: Session) -> None:
+def _home(s: GCodeSession) -> None:
     """Home from the place of rest, with switches where the strings have their length by the count.
 
     So the count goes on where it was.
@@ -98,9 +88,9 @@ def _home(s: Session) -> None:
     def meet(switch: int, steps: int) -> None:
         """Close a switch behind so many steps, and open it when some are taken back."""
         s.hold((2 * steps + 1) * BUILT.pace // 2)
-        s.press(*_pressed("limits", switch))
+        s.set_contact("limits", switch)
         s.hold((8 * BEYOND + 4) * BUILT.pace)
-        s.press(*_pressed("limits", 0))
+        s.set_contact("")
 
     s.send(b"$H\n", 1)
     meet(1, REST + BEYOND)
@@ -115,68 +105,41 @@ def _work(seed: int, count: int) -> Rows:
     The strings have the lengths that their motors have made, from the last reset on. At the end the
     machine rests.
     """
-    rng, s = random.Random(seed), _session()
-
-    def move(clocks: int = PLANNED) -> None:
-        s.send(f"G1{_way(rng, 0.4)}\n".encode(), clocks)
-
-    def press(name: str) -> None:
-        s.press(*_pressed(name))
-        s.hold(200)
-        s.press(*_pressed(name, 0))
-        s.hold(100)
-
-    def begin() -> None:
-        """Begin anew after a reset."""
-        s.send(b"$X\nG91F8000\n", PLANNED)
-
+    rng = random.Random(seed)
+    s = _session(rng)
     s.hold(PLANNED)
     if rng.random() < 0.3:
         _home(s)
         s.send(b"G91F8000\n", PLANNED)
     else:
-        begin()
+        s.unlock()
     s.rest()
     for _ in range(count):
         kind = rng.randrange(11)
-        if kind < 3:  # several lines, planned together
-            for _ in range(rng.randint(1, 3)):
-                move(BYTE)
-            s.hold(PLANNED)
+        if kind < 3:
+            s.move_several()
         elif kind == 3:
             size = rng.uniform(0.05, 0.2)
             s.send(f"G{rng.choice('23')}X{size:.3f}Y0R{size:.3f}\n".encode(), 2 * PLANNED)
         elif kind == 4:
-            move(PLANNED + rng.randint(1, 8000))
-            s.send(b"!", rng.randint(1, 8000))
-            s.send(b"~", rng.randint(1, 2000))
-            s.hold(16_000)
-            s.send(b"~", 200)  # the one before does nothing while it still slows down
+            s.hold_feed()
         elif kind == 5:
-            move(rng.randint(1, 12_000))
-            s.send(b"\x18", 20_000)
-            begin()
-        elif kind == 6:  # stops at once, until a reset
-            move(PLANNED + rng.randint(1, 8000))
-            press(rng.choice(["limits", "stop", "motor_fault"]))
-            s.send(b"\x18", 2000)
-            begin()
+            s.reset_softly()
+        elif kind == 6:
+            s.stop("limits", "stop", "motor_fault")
         elif kind == 7:
             s.send(rng.choice([b"G5\n", b"X1X2\n", b"G4P0.002\n", b"M3\n", b"M5\n", b"Z.1\nZ-.1\n",
                                b"?", b"$G\n", b"G90\nG91\n", b":S0\n", b":P1\n", b":I00050005\n",
                                b":Z\n"]), 2 * PLANNED)
         elif kind == 8:
-            s.send(f"$J=G91F8000{_way(rng, 0.4)}\n".encode(), PLANNED + rng.randint(1, 8000))
-            s.send(b"\x85", 16_000)
+            s.jog()
         elif kind == 9:
-            move(PLANNED + rng.randint(1, 8000))
-            press("door")
+            s.move(s.moving())
+            s.tap("door")
             s.hold(16_000)
             s.send(b"~", 200)
         else:
-            move(rng.randint(1, 12_000))
-            s.reset(rng.choice([1, 1, 2, 20]))
-            begin()
+            s.reset_all()
         s.rest()
     s.rest()
     s.hold(200)
@@ -185,23 +148,19 @@ def _work(seed: int, count: int) -> Rows:
 
 def sessions(seed: int) -> Rows:
     """Give sessions of which each soon moves the motors; work begins one after each reset."""
-    rng, s = random.Random(seed), _session()
+    rng = random.Random(seed)
+    s = _session(rng)
     for _ in range(40):
         s.begin()
         if rng.random() < 0.2:
             s.send(rng.choice([b"$H\n", b":H\n"]), rng.randint(1, 20_000))
-            s.press(*_pressed("limits", rng.choice([1, 2])))
+            s.set_contact("limits", rng.choice([1, 2]))
             s.hold(rng.randint(1, 8000))
-            s.press(*_pressed("", 0))
+            s.set_contact("")
             continue
         s.send(b"$X\nG91F8000\n")
-        for _ in range(3):
-            s.send(f"G1{_way(rng, 1)}\n".encode(), rng.randint(1, 2000))
-        s.hold(rng.randint(1, 16_000))
-        s.press(*_pressed(rng.choice(OTHERS), rng.choice([0, 1])))
-        s.send(rng.choice([b"!", b"\x18", b"?", b"~", b":S0", b"$SLP", b"G2X0.2I0.1", b":F00050005",
-                           b"$J=G91X1F900", b"M3"]) + b"\n", 4000)
-        s.press(*_pressed("", 0))
+        s.interrupt(16_000, b"!", b"\x18", b"?", b"~", b":S0", b"$SLP", b"G2X0.2I0.1",
+                    b":F00050005", b"$J=G91X1F900", b"M3")
     return s.written
 
 
@@ -211,7 +170,7 @@ def _question() -> tuple[Rows, tuple[int, ...], tuple[int, ...]]:
     Where a contact was on in the reset the machine is locked, or stands still; but it answers,
     behind its messages of that.
     """
-    s = _session()
+    s = _session(random.Random(0))
     s.hold(4 * BYTE)
     s.send(b"\x18", 1000)
     s.send(b"$X\nG21G91G1X.5Y-.25F8000\nX1X2\n", 120 * BYTE)
