@@ -259,7 +259,11 @@ def test_the_page_has_the_figures():
     assert found["good"] and found["lines"] == 10_000
     assert report(found) in page, "run python -m benchmarks.wall_lines --write"
     assert with_report(page, found) == page
-    assert Wall(VPlotterSettings(least_y=50)).steps_per_mm == found["steps_per_mm"][0]
+    made = Wall(VPlotterSettings(least_y=50))
+    assert made.steps_per_mm == found["steps_per_mm"][0]
+    assert "bowed, by up to a quarter of the wall" in page
+    assert max(band["bowed"] for band in found["bands"]) == pytest.approx(made.width / 4, rel=0.02)
+    assert "up to 0.005 mm more than was said" in page and 1 / made.per_mm < 0.005
 
 
 class TestPictures:

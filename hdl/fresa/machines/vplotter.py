@@ -198,7 +198,7 @@ class VPlotterSettings(GCodeSettings):
     def wall(self) -> dict[str, int]:
         """Parameters of :class:`WallDialect`."""
         return {"width": self.wall_width, "top": self.least_y, "height": self.wall_height,
-                "feed": floor(max(self.max_rate[:2])), **({"bowed": True} if self.bowed else {})}
+                "feed": floor(max(self.max_rate[:2]))}
 
     @property
     def origin(self) -> tuple[int, ...]:
@@ -283,7 +283,7 @@ class VPlotter(GCode):
         self._lifted = Signal(name="lifted")  # whatever else, the pen is off
 
     def elaborate(self, platform) -> Module:
-        self._dialect = WallDialect(**self.settings.wall)
+        self._dialect = WallDialect(**self.settings.wall, bowed=self.settings.bowed)
         return super().elaborate(platform)
 
     def _homing(self) -> StringHoming | StringCycles:
