@@ -128,7 +128,8 @@ class Planner:
             feed = max(1, min((length * feed >> exponent) // 30_000_000, WORD))
         scaled = length * (of.clock << 8)
         fastest = min(_along(of.speeds, mantissas) * length >> 36,
-                      scaled >> exponent + 14)  # 128 clocks at least
+                      scaled >> exponent + 14,  # 128 clocks at least
+                      (1 << 31) - 1)
         if feed is None or feed >= 1 << 34:
             feed = fastest
         hundredth = max(28, -(-256 * feed // 100))

@@ -57,8 +57,9 @@ class Path:
                    for limit, each in zip(limits, self.distances, strict=True) if each)
 
     def speed(self, feed: int, limits: Sequence[int], clock: int, *, short: int = 0) -> Fraction:
-        """Return the top speed: it takes 128 clocks at least."""
-        return min(Fraction(feed), self.along(limits, short=short), self.length * clock / 128)
+        """Return the top speed: it takes 128 clocks at least, and is below 2**31 nm/s."""
+        return min(Fraction(feed), self.along(limits, short=short), self.length * clock / 128,
+                   Fraction((1 << 31) - 1))
 
 
 def junction(unit: Sequence[int], before: Sequence[int], limits: Sequence[int], deviation: int, *,

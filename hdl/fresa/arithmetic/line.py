@@ -104,7 +104,7 @@ def line_registers(depth: int) -> Registers:
                         "1e9": 10**9, "9": 9, "14": 14, "28": 28, "37": WIDTH + 1, "40": MAX_TICKS,
                         "ones": (1 << WIDTH) - 1, "half": 1 << WIDTH - 2,
                         "0.64": (16 << WIDTH) // 25,
-                        "top": 1 << SQUARED - WIDTH, "below_top": (1 << SQUARED - WIDTH) - 1,
+                        "top": 1 << SQUARED - WIDTH, "top_speed": (1 << SQUARED // 2) - 1,
                         "most": (1 << WIDTH - 2) - 1, "corner": CORNER,
                         "2e9": 2 * 10**9}.items():
         registers.word(name, init=value)
@@ -125,9 +125,10 @@ def _least_pair(a: str, b: str, to: str) -> Rows:
 
 def _saturate(pair: str) -> Rows:
     """Let a pair be 2**62 - 1 at most."""
+    yield "SUBTRACT", "top", "1", "a"
     yield "SUBTRACT", pair, "top", "flag"
     yield "SELECT", f"{pair}.low", "ones", f"{pair}.low"
-    yield "SELECT", pair, "below_top", pair
+    yield "SELECT", pair, "a", pair
 
 
 def magnitude(a: str, b: str, to: str) -> Rows:
@@ -187,7 +188,7 @@ def _path() -> Rows:
 
 
 def speed_rows(limits: Iterable[str]) -> Rows:
-    """Take the speed that is never exceeded: by limits of the components, and clock.
+    """Take the speed that is never exceeded: by limits of the components, clock, and profile.
 
     Length x clock is ``scaled`` / 2**(exponent + 7).
     """
@@ -200,6 +201,7 @@ def speed_rows(limits: Iterable[str]) -> Rows:
     yield "SUBTRACT", "zero", "product", "flag"
     yield "SELECT", "ones", "product.low", "a"
     yield from least("a", "fastest", "fastest")
+    yield from least("top_speed", "fastest", "fastest")
 
 
 def acceleration_rows(limits: Iterable[str]) -> Rows:

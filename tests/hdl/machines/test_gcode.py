@@ -527,20 +527,22 @@ def test_rates_and_accelerations_have_bounds(session, number):
         assert f"{setting}={most}" in _listed(session, "$$\n")
 
 
-@pytest.mark.parametrize(("line", "rate", "axes"), [
-    ("G0X150", 64424, 1), ("G0X150Y150", 45555, 2)])
+@pytest.mark.parametrize("rate", [45555, 128849.018])
+@pytest.mark.parametrize(("line", "axes"), [
+    ("G0X400", 1), ("G0X400Y400", 2), ("G0X400Y400Z-400", 3)])
 def test_the_fastest_path_takes_its_time(session, line, rate, axes):
-    """Just below 2**30 nm/s along the path, and with the most acceleration of a path."""
-    for text in ("$100=1", "$101=1", f"$110={rate}", f"$111={rate}", "$120=17179.869",
-                 "$121=17179.869", "G91"):
+    """Below 2**31 nm/s along the path, and with the most acceleration of a path."""
+    for text in (*(f"${number}{axis}={value}" for axis in range(3) for number, value in (
+            (10, 1), (11, rate), (12, 17179.869))), "G91"):
         assert session.send(f"{text}\n") == ["ok"]
     session.path.clear()
     session.send(f"{line}\n")
-    assert session.position[0] == 150
-    speed, acceleration = rate / 60, 17179.869 / math.sqrt(axes)  # of an axis
+    assert session.position == [400, 400 * (axes > 1), -400 * (axes > 2)]
+    speed, acceleration = min(rate / 60, (2**31 - 1) / 1e6 / math.sqrt(axes)), (
+        17179.869 / math.sqrt(axes))  # of an axis
     seconds = (session.path[-1][0] - session.path[0][0]) / SETTINGS.clock
     # From the first step to the last, each of which is half a step from where it rests
-    wanted = speed / acceleration + 150 / speed - 2 * math.sqrt(1 / acceleration)
+    wanted = speed / acceleration + 400 / speed - 2 * math.sqrt(1 / acceleration)
     assert seconds == pytest.approx(wanted, abs=2e-3)
 
 
