@@ -173,6 +173,7 @@ def nudger(folder) -> list[str]:
 class TestMachineWithALine:
     """Every command on a machine that was declared in a folder, with small numbers."""
 
+    @pytest.mark.compiler
     @pytest.mark.usefixtures("libraries")
     def test_cosim(self, nudger, capsys):
         assert cosim.main([*nudger, "--machine", "nudger", "--engines", "amaranth",

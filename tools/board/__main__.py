@@ -76,9 +76,9 @@ def main(argv: list[str] | None = None) -> int:
         choose(args.engine)
     except EngineError as error:
         raise UserError(str(error)) from error
+    job = Job(picture_from_arguments(args).pixels, args.image.name, args.period)
     if note := why_slow(args.engine):
         warn(note)
-    job = Job(picture_from_arguments(args).pixels, args.image.name, args.period)
     asyncio.run(_serve(job, args))
     return 0
 

@@ -27,9 +27,6 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run the command; give its exit status."""
     args = make_parser().parse_args(argv)
     check_output(args.json)
-    if args.run != "cost":
-        if reason := missing():
-            raise UserError(reason)
     facts: dict[str, object] = {"command": args.run}
     try:
         good = {"resets": _resets, "upsets": _upsets, "cost": _cost}[args.run](args, facts)
@@ -49,11 +46,11 @@ def _machines(args: argparse.Namespace) -> list[FaultTarget]:
         raise UserError(f"{args.machine} has no " + (
             "builds for fault injection" if machine.serve else "serial line"))
     builds = machine.faults()
-    if args.guard is None:
-        return [make() for make in builds.values()]
-    if args.guard not in builds:
+    if args.guard not in (None, *builds):
         raise UserError(f"leave out --guard: {args.machine} has none")
-    return [builds[args.guard]()]
+    if reason := missing():
+        raise UserError(reason)
+    return [build() for guard, build in builds.items() if args.guard in (None, guard)]
 
 
 def _called(machine: FaultTarget) -> str:

@@ -207,6 +207,7 @@ class TestGCode:
             session.ask("\x18$X", "ok")
             apart(session, SETTINGS.rest)
 
+    @pytest.mark.long
     def test_straight_lines_all_over_the_wall(self, session):
         home(session)
         rng = random.Random(1)
@@ -228,7 +229,8 @@ class TestGCode:
 class TestHoming:
     pytestmark = compiled
 
-    @pytest.mark.parametrize(("switch", "alarm"), [(0, b"ALARM:9"), (1 << 30, b"ALARM:8")])
+    @pytest.mark.parametrize(("switch", "alarm"), [
+        (0, b"ALARM:9"), pytest.param(1 << 30, b"ALARM:8", marks=pytest.mark.long)])
     def test_switch_that_fails(self, design, switch, alarm):
         with CXXRTLEngine(design) as engine:
             session = WallSession(engine, SETTINGS, place=(20, 40), switch=20)
@@ -269,6 +271,7 @@ class TestHoming:
         session.engine.set(stop=0)
         goes_on(session)
 
+    @pytest.mark.long
     def test_no_stop_locks_it(self, session):
         """Wherever a stop comes, with a step of a string that is not made yet or not."""
         home(session)
@@ -354,6 +357,7 @@ class TestSettings:
 
 
 @compiled
+@pytest.mark.long
 def test_a_program_of_its_own_and_commands():
     """Its lines are not answered, those of the line and commands are."""
     settings = replace(SETTINGS, program=b"G91G21\nM3\nG1X1F6000\nM5\n")

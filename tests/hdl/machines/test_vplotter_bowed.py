@@ -24,7 +24,7 @@ from tests.hdl.machines.test_vplotter import (
 BOWED = replace(SETTINGS, bowed=True)
 WIDTH = SETTINGS.wall_width
 
-pytestmark = pytest.mark.compiler
+pytestmark = [pytest.mark.compiler, pytest.mark.long]
 
 
 @pytest.fixture(scope="module")
