@@ -98,9 +98,7 @@ def describe(c: Contract, dut: WallDialect) -> None:
                 c.m.d.sync += each.eq(each * 10 + byte[:4])
     x, y = numbers
     state, speak = c.state("wall_state"), c.state("speak_state")
-    decides = complete & ~replies & ~dut.renewed & ~state("WAKE")
-    with c.m.If(decides | anew):
-        c.m.d.sync += complete.eq(0)
+    looked_at = complete & ~replies & ~dut.renewed & ~state("WAKE")
 
     def is_(*letters: str) -> Bits:
         return Cat(letter == ord(each) for each in letters).any()
@@ -109,11 +107,18 @@ def describe(c: Contract, dut: WallDialect) -> None:
     most = Mux(is_("P"), 1, 2)
     formed = (status == LineEnd.GOOD.value) & ~bad & (count == many) & (
         ~is_("P", "S") | (x <= most)) & is_("P", "H", "I", "F", "S")
+    releases = (job == _Job.SLEEP) & (phase != _Phase.NONE)
+    # What begins something waits for the answer to the line of G-code before.
+    stays = formed & waits & ~asked & (
+        is_("H", "I", "F") | (is_("P") & (x == 0) & ~releases))
+    decides = looked_at & ~stays
+    with c.m.If(decides | anew):
+        c.m.d.sync += complete.eq(0)
     busy = (phase != _Phase.NONE) | dut.moving
     wall = (x <= dut.width) & (y >= dut.top) & (y <= dut.height)
     ready, sleeping = c.signal("ready"), dut.sleeping
-    releases = (job == _Job.SLEEP) & (phase != _Phase.NONE)
-    powers = formed & is_("P") & (x == 1) & ~releases
+    powered = formed & is_("P") & (x == 1) & ~releases
+    powers = powered & ~dut.emergency
     tells_state = formed & is_("S")
     starts = formed & ~busy & (
         (is_("P") & (x == 0)) | is_("H") | (is_("I") & dut.homed & wall)
@@ -122,7 +127,8 @@ def describe(c: Contract, dut: WallDialect) -> None:
         status != LineEnd.GOOD.value, _Text.DAMAGED, Mux(
             ~is_(*SYNTAX), _Text.COMMANDS, Mux(
                 ~formed, _choose((letter == ord(each), text) for each, text in SYNTAX.items()),
-                Mux(tells_state, _Text.STATE, Mux(powers, _Text.POWERED, Mux(
+                Mux(tells_state, _Text.STATE, Mux(powered, Mux(
+                    dut.emergency, _Text.EMERGENCY, _Text.POWERED), Mux(
                     busy, _Text.BUSY, Mux(~dut.homed, _Text.HOME_FIRST, Mux(
                         is_("F") & ~ready, _Text.START_FIRST, _Text.OFF_THE_WALL))))))))
     wakes = powers & sleeping
@@ -132,10 +138,15 @@ def describe(c: Contract, dut: WallDialect) -> None:
                           is_("I"), _Job.GO, _Job.DRAW))))))
     c.implication("begins-only-so", "Nothing else begins anything.", when=goes_on & asked
                   & ~c.past(asked), then=c.past(decides & starts))
+    c.implication("begins-when-answered", "Nothing begins before the line of G-code that came "
+                  "before is answered.", when=goes_on & asked & ~c.past(asked),
+                  then=~c.past(waits))
+    ends = [c.keep(14, name=f"end_{name}") for name in "xy"]  # where what has begun ends
+    with c.m.If(decides & starts):
+        c.m.d.sync += [end.eq(each) for end, each in zip(ends, numbers, strict=True)]
     c.implication("off-the-wall", "Nothing goes off the wall.",
-                  when=goes_on & asked & ~c.past(asked) & job[1],
-                  then=(c.signal("x") <= dut.width) & (c.signal("y") >= dut.top)
-                  & (c.signal("y") <= dut.height))
+                  when=goes_on & asked & job[1],
+                  then=(ends[0] <= dut.width) & (ends[1] >= dut.top) & (ends[1] <= dut.height))
     c.implication("replies", "Any other is answered, by what is not right first.",
                   when=goes_on & c.past(decides & ~starts & ~wakes),
                   then=replies & (reply == c.past(refusal)))
@@ -167,15 +178,16 @@ def describe(c: Contract, dut: WallDialect) -> None:
                   when=goes_on & c.past(dut.renewed),
                   then=~dut.own & ~dut.pen & ~ready & ((phase == _Phase.NONE)
                                                        | (phase == _Phase.END)))
-    # A pen that draws is too far from power-up for a cover: the bench has it.
-    c.invariant("pen-after-its-line", "The pen is on when the line of what it draws is "
-                "answered without an error.", ~(dut.pen & c.past(~dut.pen)) | (
-                    goes_on & (job == _Job.DRAW) & c.past(asked & dut.answered & ~dut.refused)),
-                cover=asked)
-    c.invariant("pen-while-it-draws", "It is on only while it draws.", ~dut.pen | (
-        (job == _Job.DRAW) & ((phase == _Phase.SETTLE) | (phase == _Phase.MOVE))), cover=asked)
-    c.invariant("pen-off", "When nothing moves any more it is off.",
-                ~c.past((phase == _Phase.MOVE) & ~dut.moving) | ~dut.pen, cover=asked)
+    c.implication("refused-keeps-its-start", "A line that is refused keeps the start point.",
+                  when=goes_on & ~c.past(dut.renewed) & c.past(
+                      (asked & (~dut.answered | dut.refused))
+                      | ((phase == _Phase.END) & (c.signal("outcome") == _Text.REFUSED))),
+                  then=ready == c.past(ready))
+    if dut.bowed:
+        learns = _bowed(c, dut, asked, job, ends)
+    else:
+        learns = asked & (job == _Job.DRAW)
+        _straight(c, dut, asked, job, phase, goes_on)
     c.invariant("draws-from-a-start", "It draws only from a start point where it arrived.",
                 ~(goes_on & ready & c.past(~ready)) | c.past(
                     (phase == _Phase.END) & (c.signal("outcome") == _Text.AT_START)),
@@ -196,11 +208,11 @@ def describe(c: Contract, dut: WallDialect) -> None:
     moves = _moves(c, dut, asked, job, phase)
     homes, rests = dut.stage != HomingStage.NONE, dut.stage == HomingStage.REST
     one, two = (dut.stage == stage for stage in (HomingStage.FIRST, HomingStage.SECOND))
-    learns = asked & (job == _Job.DRAW)
     motor = (moves & ~learns) | homes
+    draws = (job == _Job.DRAW) & (asked | (phase == _Phase.SETTLE) | (phase == _Phase.MOVE))
     c.invariant("states", "The states are those of the thesis.", Cat(
-        dut.states[0] == Cat(dut.powered, homes, dut.homed, moves & ~homes, ready,
-                             learns | dut.pen),
+        dut.states[0] == Cat(dut.powered, homes, dut.homed, moves & ~homes,
+                             ready & (phase == _Phase.NONE), draws),
         dut.states[1] == Cat(dut.powered, one | two, dut.homed | rests | two, motor, learns,
                              dut.pen),
         dut.states[2] == Cat(dut.powered, two, dut.homed | rests, motor, learns,
@@ -241,11 +253,42 @@ def describe(c: Contract, dut: WallDialect) -> None:
         c.m.d.sync += which.eq(0)
     c.implication("goes-there", "A line says where to go: from the upper right corner, y up.",
                   when=writer.numbers.valid, then=writer.numbers.payload == Mux(
-                      which, dut.top - c.signal("y"), c.signal("x") - dut.width))
+                      which, dut.top - ends[1], ends[0] - dut.width))
     _lemmas(c, dut, within, commands, complete, named, waits, begun, owned, which)
     c.leaves_unused_codes("wall_state", fault=dut.fault, shows=~lines.ready & ~dut.power
                           & ~dut.wake)
     c.leaves_unused_codes("speak_state", fault=dut.fault, shows=~says.valid)
+
+
+def _straight(c: Contract, dut: WallDialect, asked: Bits, job: Bits, phase: Bits, goes_on: Bits
+              ) -> None:
+    """State when a line is drawn that is a jog."""
+    # A pen that draws is too far from power-up for a cover: the bench has it.
+    c.invariant("pen-after-its-line", "The pen is on when the line of what it draws is "
+                "answered without an error.", ~(dut.pen & c.past(~dut.pen)) | (
+                    goes_on & (job == _Job.DRAW) & c.past(asked & dut.answered & ~dut.refused)),
+                cover=asked)
+    c.invariant("pen-while-it-draws", "It is on only while it draws.", ~dut.pen | (
+        (job == _Job.DRAW) & ((phase == _Phase.SETTLE) | (phase == _Phase.MOVE))), cover=asked)
+    c.invariant("pen-off", "When nothing moves any more it is off.",
+                ~c.past((phase == _Phase.MOVE) & ~dut.moving) | ~dut.pen, cover=asked)
+
+
+def _bowed(c: Contract, dut: WallDialect, asked: Bits, job: Bits, ends: list) -> Bits:
+    """State when a line is drawn that is bowed; give that the motors learn their speeds."""
+    draws = job == _Job.DRAW
+    c.invariant("bows", "A bowed line is asked for until its line is answered.",
+                dut.bows == (asked & draws), cover=asked)
+    c.invariant("ends-there", "It ends where the command says.",
+                ~dut.bows | Cat(a == b for a, b in zip(dut.end, ends, strict=True)).all(),
+                cover=asked)
+    c.invariant("pen-while-motors-draw", "The pen is on while the motors draw a line.",
+                dut.pen == (draws & dut.drawing), cover=asked)
+    drew = c.keep(1, name="drew")
+    c.m.d.sync += drew.eq(asked & (drew | dut.drawing))
+    c.invariant("drawn", "It is kept that the motors have drawn.", c.signal("drawn") == drew,
+                cover=asked, lemma=True)
+    return asked & draws & ~dut.drawing & ~drew
 
 
 def _choose(values) -> Bits:
@@ -272,7 +315,7 @@ def _lemmas(c: Contract, dut: WallDialect, within: Bits, commands: Bits, complet
         state("PASS") == (within & ~commands),
         ~state("LETTER") | ~named, ~state("DIGITS") | named,
         state("ACT") == complete,
-        ~state("ANSWER") | (waits & ~asked), ~waits | asked | state("ANSWER"),
+        c.signal("waits") == (waits & ~asked),
         ~state("PASS") | ~asked, ~begun | asked | state("PASS"),
         ~begun | (owned == asked), ~state("PASS") | begun).all(), cover=state("ACT"), lemma=True)
     c.invariant("own-lines", "A line of a command is sent while its answer is to come.", Cat(
@@ -291,6 +334,7 @@ def _lemmas(c: Contract, dut: WallDialect, within: Bits, commands: Bits, complet
         ~state("WAKE") | ~replies).all(), cover=tells, lemma=True)
     letter = c.kept["letter"]
     c.invariant("kept", "What a command says is kept.", Cat(
+        *(c.signal(f"target_{name}") == c.kept[f"end_{name}"] for name in "xy"),
         ~state("LETTER", "DIGITS", "ACT") | Cat(
             state("LETTER") | (c.signal("letter") == letter),
             c.signal("digits") == c.kept["count"],
@@ -364,4 +408,4 @@ FEW = {"width": 3, "top": 0, "height": 4, "feed": 5, "brief": True}
 WALL_DIALECT = Component(
     make=make, describe=describe, depth=34,
     cases=(Case(VPlotterSettings().wall, real=True),  # first, as benches have it
-           Case(FEW), Case(FEW, upset=True)))
+           Case(FEW), Case({**FEW, "bowed": True}), Case(FEW, upset=True)))

@@ -13,6 +13,7 @@ from ..checks import in_range
 from ..drive import FULL_POWER, MAX_PERIOD, StringMotor
 from ..motion import (
     TICKS_LOG2,
+    AlarmCode,
     BlockMotion,
     BowedLine,
     GCodeControl,
@@ -121,11 +122,14 @@ class VPlotterSettings(GCodeSettings):
         in_range("y of the place of rest", self.rest[1], self.least_y, self.wall_height)
         ticks = Fraction(round(self.string_steps * (1000 << TICKS_LOG2)), 1000)
         object.__setattr__(self, "steps_per_mm", (ticks, ticks, Fraction(100)))
-        in_range("ticks from a pulley to a far corner", max(self.ticks(self.wall_width),
+        in_range("ticks (eighths of string_steps) from a pulley to a far corner", max(self.ticks(self.wall_width),
                                                             self.ticks(self.wall_height)),
                  2, (1 << PLACE_BITS) - 1)
         in_range("steps of both strings", self.most_wound, 1, (1 << LENGTH_BITS) - 1)
         in_range("clocks between steps of a string", self.period, 2, MAX_PERIOD)
+        if self.clock < self.period:
+            raise ValueError("a string makes less than a step a second: choose a higher max_rate, "
+                             "or more string_steps")
         in_range("string_rate", self.string_rate, 1, self.clock // self.period)
         if stays := {number for number, _ in self.others} & self.bounds.keys():
             raise ValueError(f"${min(stays)} follows from the wall, and is not a further setting")
@@ -134,6 +138,16 @@ class VPlotterSettings(GCodeSettings):
     def ticks(self, mm: int) -> int:
         """Return a place in ticks."""
         return round(mm * self.steps_per_mm[0])
+
+    @property
+    def edges(self) -> tuple[int, int]:
+        """The least ticks across and the most below that soft limits allow.
+
+        They count from the upper right corner, so the nearest ticks may be beyond.
+        """
+        across, below = (floor(mm * self.steps_per_mm[0])
+                         for mm in (self.wall_width, self.wall_height - self.least_y))
+        return self.wall_ticks - across, self.ticks(self.least_y) + below
 
     @property
     def wall_ticks(self) -> int:
@@ -164,9 +178,9 @@ class VPlotterSettings(GCodeSettings):
     @property
     def hanging(self) -> dict[str, int]:
         """Parameters of :class:`Hanging`."""
-        across, below = map(self.ticks, self.rest)
-        return {"width": self.wall_ticks, "bits": PLACE_BITS, "first_across": across,
-                "first_below": below}
+        (across, below), (least, most) = map(self.ticks, self.rest), self.edges
+        return {"width": self.wall_ticks, "bits": PLACE_BITS, "first_across": max(across, least),
+                "first_below": min(below, most)}
 
     @property
     def string_lengths(self) -> list[dict[str, int]]:
@@ -299,6 +313,17 @@ class VPlotter(GCode):
                                     homing.homing if self.settings.bowed else homing, answers,
                                     faults)
 
+    def _system(self, m: Module, control: GCodeControl, renewed: Signal, gate: GCodeGate,
+                planner: GCodePlanner, motion: BlockMotion, homing,
+                store: GCodeSettingStore) -> None:
+        """Let an end switch end a bowed line: no other state of homing looks for them."""
+        super()._system(m, control, renewed, gate, planner, motion, homing, store)
+        if isinstance(homing, StringCycles):
+            before = Signal()
+            m.d.sync += before.eq(control.hard_limit)
+            with m.If(control.hard_limit & ~before & homing.line.active & ~renewed):
+                m.d.sync += control.failure.eq(AlarmCode.HARD_LIMIT)
+
     def _home(self, m: Module, planner: GCodePlanner, motion: BlockMotion, homing,
               store: GCodeSettingStore, configuring: Signal) -> Signal:
         return planner.setting_address
@@ -325,7 +350,7 @@ class VPlotter(GCode):
             dialect.refused.eq(answers.payload != 0), dialect.renewed.eq(renewed),
             dialect.moving.eq(control.moving), dialect.cancelled.eq(control.cancelled),
             dialect.sleeping.eq(control.state == GCodeState.SLEEP),
-            dialect.powered.eq(self._enabled),
+            dialect.powered.eq(self._enabled), dialect.emergency.eq(control.emergency),
         ]
         faults.append(dialect.fault)
         return items, said
@@ -363,12 +388,14 @@ class VPlotter(GCode):
             lifts, known = homing.active & ~homing.drawing, homed | homing.line.active
             step, direction = self._bow(m, homing, hanging, step, direction)
         fails, failed = Signal(), Signal()  # homing, a clock ago
+        begun = Signal()  # a cycle goes on, and has been allowed to
         m.d.comb += [stops.eq(control.stop | self.fault),
+                     begun.eq(homing.active & (homing.allowed | homes)),
                      fails.eq(homes & ~homing.active & ~homed)]
         m.d.sync += [
             stopped.eq(stops), drops.eq(stops | restarts), self._enabled.eq(powered),
-            homes.eq(homing.active), failed.eq(fails),
-            homed.eq((homed & ~homing.active | homing.done)
+            homes.eq(begun), failed.eq(fails),
+            homed.eq((homed & ~begun | homing.done)
                      & (control.state != GCodeState.SLEEP) & ~control.emergency),
         ]
         m.d.comb += [
@@ -424,10 +451,12 @@ class VPlotter(GCode):
             homing.point[0].eq(hanging.across), homing.point[1].eq(hanging.below),
             homing.busy.eq(hanging.busy),
         ]
-        for target, mm in zip(homing.target, dialect.end, strict=True):
-            ticks = Signal(PLACE_BITS)
+        across, below = (Signal(PLACE_BITS, name=f"end_{name}") for name in ("across", "below"))
+        for ticks, mm in zip((across, below), dialect.end, strict=True):
             m.d.sync += ticks.eq((mm * per_mm + (1 << FRACTION - 1)) >> FRACTION)
-            m.d.comb += target.eq(ticks)
+        least, most = self.settings.edges
+        m.d.comb += [homing.target[0].eq(Mux(across < least, least, across)),
+                     homing.target[1].eq(Mux(below > most, most, below))]
         right, down = homing.up
         return step | homing.tick, Mux(homing.tick.any(), Cat(right, ~down), direction)
 

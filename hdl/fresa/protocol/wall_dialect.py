@@ -49,18 +49,19 @@ class _Text(IntEnum):
     START_FIRST = 13
     OFF_THE_WALL = 14
     BUSY = 15
-    DAMAGED = 16
-    COMMANDS = 17
-    SYNTAX_P = 18
-    SYNTAX_H = 19
-    SYNTAX_I = 20
-    SYNTAX_F = 21
-    SYNTAX_S = 22
-    LINE_HOME = 23  # parts of lines of G-code
-    LINE_SLEEP = 24
-    LINE_JOG = 25
-    LINE_Y = 26
-    LINE_FEED = 27
+    EMERGENCY = 16
+    DAMAGED = 17
+    COMMANDS = 18
+    SYNTAX_P = 19
+    SYNTAX_H = 20
+    SYNTAX_I = 21
+    SYNTAX_F = 22
+    SYNTAX_S = 23
+    LINE_HOME = 24  # parts of lines of G-code
+    LINE_SLEEP = 25
+    LINE_JOG = 26
+    LINE_Y = 27
+    LINE_FEED = 28
     STATE = 31  # of which there is no text
 
 
@@ -78,11 +79,12 @@ def wall_texts(*, width: int, top: int, height: int, feed: int) -> list[bytes]:
         _Text.DRAWING: "Drawing.",
         _Text.DRAWN: "Line drawn. Give a start point: :Ixxxxyyyy",
         _Text.STOPPED: "Stopped before the end.",
-        _Text.REFUSED: "Refused: an alarm, or another motion. Send $X, or :H",
+        _Text.REFUSED: "Refused: ? tells the state. $X or :H ends an alarm, ~ a hold, :P1 a sleep",
         _Text.HOME_FIRST: "The place is unknown. Home first: :H",
         _Text.START_FIRST: "Give a start point first: :Ixxxxyyyy",
         _Text.OFF_THE_WALL: f"Off the wall: x is 0000 to {width:04}, y is {top:04} to {height:04}",
         _Text.BUSY: "Busy: wait until it stands.",
+        _Text.EMERGENCY: "Emergency stop: release it first.",
         _Text.DAMAGED: "That came damaged: send it again.",
         _Text.COMMANDS: "Commands: :P1 :P0 :H :Ixxxxyyyy :Fxxxxyyyy :S0 :S1 :S2",
         _Text.SYNTAX_P: "Power of the motors: :P1 on, :P0 off",
@@ -137,7 +139,8 @@ class WallDialect(wiring.Component):
 
     Bits of a state: 0 powered, 1 homing, 2 homed, 3 moving, 4 ready to draw, 5 drawing. Commands
     are taken while it moves, too, but of these only ``:S`` and ``:P1`` are obeyed. Lines of G-code
-    wait for the answer to the one before, and for the end of what a command has begun.
+    wait for the answer to the one before, and for the end of what a command has begun; a command
+    that begins something waits for that answer, too. A line that is refused keeps the start point.
 
     Parameters
     ----------
@@ -160,8 +163,9 @@ class WallDialect(wiring.Component):
         The last line of `items` is answered, for one clock; with an error.
     own : Out(1)
         The line that is answered next is one of a command: its answer is not to be sent.
-    moving, homed, powered, sleeping : In(1)
-        The machine moves, or is to; knows its place; its motors have power; it sleeps.
+    moving, homed, powered, sleeping, emergency : In(1)
+        The machine moves, or is to; knows its place; its motors have power; it sleeps; there is an
+        emergency stop.
     stage : In(HomingStage)
         What its homing cycle does.
     cancelled : In(1)
@@ -173,7 +177,7 @@ class WallDialect(wiring.Component):
     pen, lifts : Out(1)
         A command draws; it goes to a start point, so that the pen has to be off.
     bows, end : Out(1), Out(14) x 2
-        The ``$H`` that is to be answered is a bowed line; its end point. Only if `bowed`.
+        The ``$H`` that is to be answered is a bowed line; its end point in mm. Only if `bowed`.
     drawing : In(1)
         The motors draw that. Only if `bowed`.
     states : Out(6) x 3
@@ -202,7 +206,7 @@ class WallDialect(wiring.Component):
         super().__init__({
             "lines": In(stream.Signature(LineItem)), "items": Out(stream.Signature(LineItem)),
             "answered": In(1), "refused": In(1), "own": Out(1), "moving": In(1), "homed": In(1),
-            "powered": In(1), "sleeping": In(1), "stage": In(HomingStage), "cancelled": In(1),
+            "powered": In(1), "sleeping": In(1), "emergency": In(1), "stage": In(HomingStage), "cancelled": In(1),
             "renewed": In(1), "power": Out(1), "wake": Out(1), "pen": Out(1),
             "lifts": Out(1),
             "states": Out(6).array(3), "bytes": Out(stream.Signature(8)), "fault": Out(1), **bows})
@@ -218,7 +222,8 @@ class WallDialect(wiring.Component):
             self.lifts.eq((w.job == _Job.GO) & (w.phase != _Phase.NONE)),
         ]
         if self.bowed:
-            m.d.comb += self.bows.eq(draws & (w.phase == _Phase.ASKED))
+            m.d.comb += [self.bows.eq(draws & (w.phase == _Phase.ASKED)),
+                         *(end.eq(each) for end, each in zip(self.end, w.target, strict=True))]
         faults = [self._speak(m, w), self._take_lines(m, w)]
         self._carry_out(m, w)
         m.d.comb += self.fault.eq(Cat(faults).any())
@@ -240,8 +245,11 @@ class WallDialect(wiring.Component):
             with m.If(lines.valid & items.ready):
                 m.next = "PASS"
                 with m.If(lines.p.end):
-                    m.next = "ANSWER"
+                    m.d.sync += w.waits.eq(1)
+                    m.next = "LINE"
 
+        with m.If(self.answered | self.renewed):
+            m.d.sync += w.waits.eq(0)
         with m.FSM(name="wall_state") as fsm:
             with m.State("LINE"):
                 with m.If(lines.valid & ~lines.p.end & (byte == ord(":"))):
@@ -249,13 +257,10 @@ class WallDialect(wiring.Component):
                     m.d.sync += [letter.eq(0), digits.eq(0), wrong.eq(0),
                                  *(each.eq(0) for each in w.coordinates)]
                     m.next = "LETTER"
-                with m.Elif(w.phase == _Phase.NONE):
+                with m.Elif((w.phase == _Phase.NONE) & ~w.waits):
                     passes()
             with m.State("PASS"):
                 passes()
-            with m.State("ANSWER"):
-                with m.If(self.answered):
-                    m.next = "LINE"
             with m.State("LETTER"):
                 m.d.comb += lines.ready.eq(1)
                 m.d.sync += [letter.eq(byte & ~0x20), damaged.eq(byte != LineEnd.GOOD)]
@@ -308,28 +313,34 @@ class WallDialect(wiring.Component):
             with m.If(condition) if first else m.Elif(condition):
                 self._reply(m, w, text)
 
+        def wait() -> None:
+            """Until the line before is answered."""
+            with m.Elif(w.waits):
+                m.next = "ACT"
+
         def begin(job: _Job) -> None:
             m.d.sync += [w.job.eq(job), w.phase.eq(_Phase.ASKED), w.sends.eq(1), w.told.eq(0),
-                         w.stopped.eq(0), w.ready.eq(0)]
-            if self.bowed:
-                m.d.sync += [place.eq(each) for place, each in zip(
-                    self.end, w.coordinates, strict=True)]
+                         w.stopped.eq(0),
+                         *(to.eq(each) for to, each in zip(w.target, w.coordinates, strict=True))]
 
         with m.If(damaged):
             self._reply(m, w, _Text.DAMAGED)
         with command("P"):
             unless(wrong | (digits != 1) | (x > 1), _Text.SYNTAX_P, first=True)
             unless((w.job == _Job.SLEEP) & (w.phase != _Phase.NONE), _Text.BUSY)
+            unless((x == 1) & self.emergency, _Text.EMERGENCY)
             with m.Elif(x == 1):
                 m.d.comb += self.wake.eq(self.sleeping)
                 with m.If(~self.sleeping):
                     m.d.comb += self.power.eq(1)
                     self._reply(m, w, _Text.POWERED)
+            wait()
             unless(busy, _Text.BUSY)
             with m.Else():
                 begin(_Job.SLEEP)
         with command("H"):
             unless(wrong | (digits != 0), _Text.SYNTAX_H, first=True)
+            wait()
             unless(busy, _Text.BUSY)
             with m.Else():
                 begin(_Job.HOME)
@@ -337,6 +348,7 @@ class WallDialect(wiring.Component):
                                        ("F", _Text.SYNTAX_F, _Job.DRAW)):
             with command(character):
                 unless(wrong | (digits != 8), syntax, first=True)
+                wait()
                 unless(busy, _Text.BUSY)
                 unless(~self.homed, _Text.HOME_FIRST)
                 if job == _Job.DRAW:
@@ -401,12 +413,13 @@ class WallDialect(wiring.Component):
                             Mux(w.job == _Job.DRAW, _Text.DRAWN, _Text.AT_START)))
             with m.Case(_Phase.END):
                 with m.If(~w.tells):
-                    m.d.sync += [w.phase.eq(_Phase.NONE),
-                                 w.ready.eq(outcome == _Text.AT_START)]
+                    m.d.sync += w.phase.eq(_Phase.NONE)
+                    with m.If(outcome != _Text.REFUSED):
+                        m.d.sync += w.ready.eq(outcome == _Text.AT_START)
                     tell(outcome)
         with m.If(self.cancelled):
             m.d.sync += w.stopped.eq(1)
-        with m.If((w.phase == _Phase.NONE) & self.moving):  # to another place
+        with m.If((w.phase == _Phase.NONE) & (self.moving | ~self.homed)):  # it is elsewhere
             m.d.sync += w.ready.eq(0)
         with m.If(self.renewed):
             m.d.sync += [w.sends.eq(0), w.ready.eq(0)]
@@ -423,9 +436,11 @@ class WallDialect(wiring.Component):
         rests = self.homed | (self.stage == HomingStage.REST)
         learns = draws & asked  # a motor its speed
         if self.bowed:
-            learns &= ~self.drawing
+            m.d.sync += w.drawn.eq((w.drawn | self.drawing) & asked)
+            learns &= ~(self.drawing | w.drawn)
+        ready = w.ready & (w.phase == _Phase.NONE)
         m.d.comb += [
-            self.states[0].eq(Cat(self.powered, homes, self.homed, ~homes & moves, w.ready,
+            self.states[0].eq(Cat(self.powered, homes, self.homed, ~homes & moves, ready,
                                   draws & (asked | going))),
             self.states[1].eq(Cat(self.powered, seeks_left | seeks_right, rests | seeks_right,
                                   homes | (moves & ~learns), learns, self.pen)),
@@ -449,7 +464,7 @@ class WallDialect(wiring.Component):
         homes = w.job == _Job.HOME
         if self.bowed:
             homes |= w.job == _Job.DRAW
-        x, y = w.coordinates
+        x, y = w.target
 
         def ask(text, then: str) -> None:
             m.d.comb += [numbers.valid.eq(1), numbers.payload.eq(text)]
@@ -541,9 +556,12 @@ class _Work:
         self.replies = Signal()
         self.event = Signal(_Text)
         self.tells = Signal()
-        self.coordinates = [Signal(14, name=name) for name in "xy"]
+        self.coordinates = [Signal(14, name=name) for name in "xy"]  # of a command as it comes
+        self.target = [Signal(14, name=f"target_{name}") for name in "xy"]  # of what has begun
+        self.waits = Signal()  # a line of G-code is not answered
         self.sends = Signal()  # the line of a command is to be passed
         self.ready = Signal()  # it is at a start point
         self.told = Signal(2)  # the stage that was
+        self.drawn = Signal()  # the motors draw, or have drawn, a bowed line
         self.stopped = Signal()  # what was left of the motion is discarded
         self.shown = Signal(6)

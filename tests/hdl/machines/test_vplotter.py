@@ -155,6 +155,24 @@ class TestThesis:
         assert said.count(b"Line drawn.") == 1 and said.count(b"ok\r\n") <= 1
         assert b"2D\r\n" in said
 
+    def test_commands_that_come_meanwhile_change_nothing(self, session):
+        home(session)
+        session.send(":Z\n:I00200020\n:I00400045\n")
+        assert session.take(4_000_000, b"yyyy\r\n").count(b"\r\n") == 4
+        apart(session, (20, 20))
+
+    def test_states_while_it_homes_by_a_line(self, session):
+        session.send("$H\n:S0\n")
+        assert session.take(100_000, b"\r\n") == b"03\r\n"
+
+    def test_no_power_in_an_emergency_stop(self, session):
+        session.engine.set(stop=1)
+        session.take(40_000)
+        command(session, ":P1", "Emergency stop: release it first.")
+        command(session, ":S0", "00")
+        session.engine.set(stop=0)
+        command(session, ":P1", "Motors powered.")
+
     @pytest.mark.parametrize("byte", ["\x85", "!", "\x18"])
     def test_line_that_is_cancelled_is_not_drawn(self, session, byte):
         home(session)
@@ -285,6 +303,18 @@ class TestHoming:
             session.engine.set(stop=0)
             goes_on(session)
 
+    @pytest.mark.parametrize("clocks", range(4))
+    def test_a_hold_as_it_begins_keeps_the_place(self, session, clocks):
+        home(session)
+        assert session.ask("G0X20Y40", "ok") == b"ok\r\n"
+        session.rest(4_000_000)
+        session.send("$H\n")
+        session.run(clocks)
+        session.engine.set(hold=1)
+        session.run(500)
+        session.engine.set(hold=0)
+        goes_on(session)
+
     @pytest.mark.parametrize("on", ["M3", "G0Z-1"])
     def test_the_pen_is_off_where_it_may_not_draw(self, session, on):
         home(session)
@@ -354,6 +384,18 @@ class TestSettings:
         assert settings.steps_per_mm[0] == Fraction("203.718")
         assert settings.ticks(1768) == 360_173
         assert settings.line_baud == 9600
+
+
+@compiled
+@pytest.mark.long
+@pytest.mark.parametrize(("rest", "line"), [((0, 30), "G1Y10F6000"), ((30, 60), "G1X10F6000"),
+                                            ((60, 10), "G1X50F6000")])
+def test_a_place_of_rest_at_an_edge_is_within_the_limits(rest, line):
+    settings = replace(SETTINGS, rest=rest)
+    with started(component("vplotter", VPlotter(settings=settings)), settings) as session:
+        assert session.ask("$H", "ok", 8_000_000) == b"ok\r\n"
+        assert session.ask(line, "ok") == b"ok\r\n"
+        session.rest()
 
 
 @compiled

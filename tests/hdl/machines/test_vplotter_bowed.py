@@ -101,6 +101,35 @@ def test_it_is_a_homing_cycle_to_the_rest_of_the_machine(session):
     command(session, ":S0", "05")
 
 
+@pytest.mark.parametrize(("end", "line"), [
+    ((0, 40), "G1Y10F6000"), ((60, 40), "G1Y10F6000"), ((30, 60), "G1X10F6000"),
+    ((30, 10), "G1X10F6000")])
+def test_at_an_edge_it_is_within_the_limits(session, end, line):
+    home(session)
+    start(session, 30, 30)
+    command(session, f":F{end[0]:04}{end[1]:04}", "Drawing.", 400_000)
+    session.take(8_000_000, b"\r\n")
+    apart(session, end)
+    assert session.ask(line, "ok") == b"ok\r\n"
+    session.rest()
+    assert b"ALARM" not in session.texts
+
+
+def test_an_end_switch_ends_it(session):
+    home(session)
+    start(session, 10, 40)
+    command(session, ":F00500030", "Drawing.", 400_000)
+    session.run(100_000)
+    session.plant.left.switch = 1 << 30
+    assert b"ALARM:1\r\n" in session.take(100_000, b"ALARM:1\r\n")
+    steps = session.plant.left.steps, session.plant.right.steps
+    session.take(200_000)
+    assert steps == (session.plant.left.steps, session.plant.right.steps)
+    session.plant.left.switch = 20
+    assert session.ask("\x18$X", "ok").endswith(b"ok\r\n")
+    command(session, ":F00200030", "The place is unknown. Home first: :H")
+
+
 @pytest.mark.parametrize("name", ["", "stop", "motor_fault", "door"])
 def test_what_ends_it_forgets_the_place(session, name):
     """A reset does, and a contact, after which a reset is wanted."""

@@ -23,7 +23,7 @@ NO_START = "Give a start point first: :Ixxxxyyyy"
 HOMING = ["Homing motor 1.", "Homing motor 2.", "Going to the place of rest."]
 HOMED = "Homed. Give a start point: :Ixxxxyyyy"
 POWERED, RELEASED = "Motors powered.", "Motors released: the place is unknown."
-REFUSED = "Refused: an alarm, or another motion. Send $X, or :H"
+REFUSED = "Refused: ? tells the state. $X or :H ends an alarm, ~ a hold, :P1 a sleep"
 DAMAGED, STOPPED = "That came damaged: send it again.", "Stopped before the end."
 GO = ["Going to the start point.", "At the start point. Give the end point: :Fxxxxyyyy"]
 DRAW = ["Drawing.", "Line drawn. Give a start point: :Ixxxxyyyy"]
@@ -44,7 +44,8 @@ class Machine:
         self.moves = self.wakes = 0
         self.stages: list[HomingStage] = []
         self.pen: list[int] = []
-        self.pins = {"homed": 0, "powered": 0, "sleeping": 0, "moving": 0, "stage": 0}
+        self.pins = {"homed": 0, "powered": 0, "sleeping": 0, "moving": 0, "stage": 0,
+                     "emergency": 0}
 
     def send(self, text: str | bytes, end: LineEnd = LineEnd.GOOD) -> None:
         """Let a line come."""
@@ -264,8 +265,44 @@ def test_a_line_that_is_refused_begins_nothing(machine):
     machine.send(":F00200300")
     machine.expect(REFUSED)
     assert machine.pen == [0]
-    machine.send(":F00200300")
-    machine.expect(NO_START)
+    machine.refuses = False
+    machine.send(":S0")
+    machine.send(":F00200300")  # it is still where it shall begin
+    machine.expect("15", *DRAW)
+
+
+def test_what_has_begun_goes_where_its_command_says(machine):
+    """Another command that comes before its line is sent does not change that."""
+    home(machine)
+    for text in (":Z", ":I00200220", ":I00400450"):
+        machine.send(text)
+    machine.expect(COMMANDS, BUSY, *GO)
+    for text in (":Z", ":F05000500", ":S0"):
+        machine.send(text)
+    machine.expect(COMMANDS, "2D", *DRAW)
+    assert [line for _, line, _ in machine.passed[-2:]] == [
+        f"$J=G21G90G53X{x - WIDTH}Y{TOP - y}F{FEED}" for x, y in ((20, 220), (500, 500))]
+
+
+def test_states_are_given_while_a_line_waits_for_its_answer(machine):
+    machine.send("$H")
+    for _ in range(100):
+        machine.clock()
+    for text in (":S0", ":P1", ":S2", ":Z", ":I00100300", "G4P0"):
+        machine.send(text)
+    machine.expect("02", POWERED, "09", COMMANDS, *GO)
+    assert [line for _, line, _ in machine.passed[-2:]] == [
+        f"$J=G21G90G53X{10 - WIDTH}Y{TOP - 300}F{FEED}", "G4P0"]
+
+
+def test_no_power_in_an_emergency_stop(machine):
+    machine.pins["emergency"] = 1
+    machine.send(":P1")
+    machine.expect("Emergency stop: release it first.")
+    assert not machine.pins["powered"]
+    machine.pins["emergency"] = 0
+    machine.send(":P1")
+    machine.expect(POWERED)
 
 
 def test_what_is_cancelled_is_said(machine):
