@@ -2,7 +2,7 @@
 """Draw lines with a hanging plotter, from points of a file.
 
 Each line of the file has two points, x y x y, in mm from the upper left corner of the wall, y down.
-Ctrl-C stops the machine; it keeps its place.
+Ctrl-C stops the machine; it keeps its place, but within a bowed line.
 """
 
 import argparse

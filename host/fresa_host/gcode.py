@@ -233,6 +233,7 @@ class GCode(SerialMachine[GCodeSession]):
     def stop(self) -> None:
         """Slow down, stand, and forget what was sent (a soft reset). The position is kept.
 
+        But a homing cycle, and a bowed line of a plotter, end at once, and the position is lost.
         What waits in other threads ends with a `JobStopped`. Modes are those of power-up then.
         """
         self._session.stopping = True

@@ -255,7 +255,8 @@ class GCodeSession(Session):
     def stop(self) -> Waiting[None]:
         """Hold, and reset when it stands: what it was sent is forgotten, the position is kept.
 
-        If it does not stand within the time of an answer, it is reset as it moves.
+        If it does not stand within the time of an answer, it is reset as it moves; in a homing
+        cycle, which no hold ends, at once: its position is lost.
         """
         resets = self.resets
         try:
@@ -271,7 +272,7 @@ class GCodeSession(Session):
             self.stopping = False
 
     def _stand(self) -> Waiting[None]:
-        """Hold until it stands, or for the time of an answer.
+        """Hold until it stands, or for the time of an answer; a homing cycle does not hold.
 
         Two reports in a row say so: the first may be from before the hold.
         """
@@ -280,6 +281,8 @@ class GCodeSession(Session):
         with suppress(TimedOut):  # it may answer nothing, as during homing
             while self.now < end:
                 status = yield from self.report()
+                if status.state == "Home":
+                    return
                 held = status.state in ("Hold", "Door") and not status.substate
                 seen = seen + 1 if held or status.state in STANDS else 0
                 if seen == 2:

@@ -1,6 +1,7 @@
 """`VPlotter`: a hanging plotter behind a serial line, from Python."""
 
 import os
+from collections.abc import Sequence
 
 from .errors import Refused, TimedOut
 from .gcode import GCode
@@ -137,7 +138,9 @@ class VPlotter(GCode):
 
 def _digits(point: tuple[int, int]) -> str:
     """Return the digits of a point in a command."""
+    if not (isinstance(point, Sequence) and len(point) == 2):
+        raise ValueError(f"a point has two whole numbers of mm, x and y, not {point!r}")
     for name, place in zip("xy", point, strict=True):
-        if not (isinstance(place, int) and 0 <= place <= 9999):
+        if not (isinstance(place, int) and not isinstance(place, bool) and 0 <= place <= 9999):
             raise ValueError(f"{name} must be a whole number of mm from 0 to 9999, not {place!r}")
     return "".join(f"{place:04}" for place in point)

@@ -197,6 +197,14 @@ def test_a_stop_holds_and_resets_when_it_stands(line):
     assert line.sent == b"G1 X1\n"
 
 
+def test_a_stop_of_a_homing_cycle_does_not_wait_for_a_hold(line):
+    operation = line.begin(line.session.stop())
+    line.hear(b"<Home|MPos:0,0,0>\r\n")
+    assert line.sent == b"!?\x18"
+    line.hear(GREETING)
+    operation.result()
+
+
 def test_a_stop_of_one_that_does_not_report_resets_it(line):
     operation = line.begin(line.session.stop())
     line.tick(5)

@@ -122,8 +122,8 @@ class VPlotterSettings(GCodeSettings):
         in_range("y of the place of rest", self.rest[1], self.least_y, self.wall_height)
         ticks = Fraction(round(self.string_steps * (1000 << TICKS_LOG2)), 1000)
         object.__setattr__(self, "steps_per_mm", (ticks, ticks, Fraction(100)))
-        in_range("ticks (eighths of string_steps) from a pulley to a far corner", max(self.ticks(self.wall_width),
-                                                            self.ticks(self.wall_height)),
+        in_range("ticks (eighths of string_steps) from a pulley to a far corner",
+                 max(map(self.ticks, (self.wall_width, self.wall_height))),
                  2, (1 << PLACE_BITS) - 1)
         in_range("steps of both strings", self.most_wound, 1, (1 << LENGTH_BITS) - 1)
         in_range("clocks between steps of a string", self.period, 2, MAX_PERIOD)
@@ -235,7 +235,8 @@ class VPlotter(GCode):
 
     It is :class:`GCode` with other kinematics, :class:`Hanging`, and another homing cycle,
     :class:`StringHoming`. The origin of G54 is the lower left corner of the wall, y up; a line that
-    begins with ``:`` is a command of :class:`WallDialect`, with y down. It stays on the wall.
+    begins with ``:`` is a command of :class:`WallDialect`, with y down. It stays on the wall, but a
+    bowed line may sag below its lower edge.
 
     At power-up the place is unknown: it is locked until it has homed. If it is unlocked without
     that, or after homing has failed, it takes for granted that it hangs at the place of rest.

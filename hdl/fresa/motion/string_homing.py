@@ -27,6 +27,23 @@ class StringHoming(wiring.Component):
     right pulley is not more than what both were before. Then the same with the roles changed.
     At last both get the lengths of the place of rest, and positions count from there.
 
+    ===========  ======================================================  =========================
+    state        does                                                    goes on
+    ===========  ======================================================  =========================
+    ``IDLE``     waits                                                   with ``start``
+    ``ASK``      waits                                                   with ``allowed``
+    ``SEEK``     winds the string, pays the other one out                when its switch closes
+    ``LEAVE``    pays it out slowly                                      when that opens
+    ``ZERO``     takes that for the length 0                             next clock: again with the
+                                                                         right string, or on
+    ``PLACE``    lets the point be at the place of rest                  next clock
+    ``REST``     lets the motors make those lengths                      when both have
+    ``RESTART``  has the planner begin there                             next clock
+    ``BEGIN``    waits                                                   when it has
+    ``DONE``     is ``done``                                             next clock
+    ``FAILED``   waits                                                   with a reset
+    ===========  ======================================================  =========================
+
     ``failure`` ends a cycle: HOMING_SEARCH if a switch does not close in `most` steps,
     HOMING_PULL_OFF if it does not open in `most_off`. Then it waits for a reset of its own.
 

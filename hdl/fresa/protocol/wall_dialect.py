@@ -206,8 +206,8 @@ class WallDialect(wiring.Component):
         super().__init__({
             "lines": In(stream.Signature(LineItem)), "items": Out(stream.Signature(LineItem)),
             "answered": In(1), "refused": In(1), "own": Out(1), "moving": In(1), "homed": In(1),
-            "powered": In(1), "sleeping": In(1), "emergency": In(1), "stage": In(HomingStage), "cancelled": In(1),
-            "renewed": In(1), "power": Out(1), "wake": Out(1), "pen": Out(1),
+            "powered": In(1), "sleeping": In(1), "emergency": In(1), "stage": In(HomingStage),
+            "cancelled": In(1), "renewed": In(1), "power": Out(1), "wake": Out(1), "pen": Out(1),
             "lifts": Out(1),
             "states": Out(6).array(3), "bytes": Out(stream.Signature(8)), "fault": Out(1), **bows})
 

@@ -83,8 +83,9 @@ OPTIONS = (
            "884 884)", DEFAULT.rest, least=0, most=MAX_MM, metavar=("X", "Y"), serve=True),
     Option("string_steps", "half steps of a motor per mm of string (default: %(default)s)",
            "25.4648", metavar="N", serve=True),
-    Option("string_rate", "half steps a second with which homing winds the strings (default: "
-           "%(default)s)", DEFAULT.string_rate, least=1, metavar="N", serve=True),
+    Option("string_rate", "half steps a second with which homing winds the strings, and with which "
+           "--bowed draws (default: %(default)s)", DEFAULT.string_rate, least=1, metavar="N",
+           serve=True),
     Option("bowed", "draw :F as the thesis: each string at a constant speed, --string-rate the "
            "faster one, so that the line is bowed", False, serve=True),
     Option("rate", "highest speed of the pen in X and in Y, in mm/min (default: %(default)s)",

@@ -4,10 +4,12 @@
 
 from dataclasses import replace
 from math import hypot
+from pathlib import Path
 
+import numpy as np
 import pytest
 
-from fresa.machines.vplotter import VPlotter
+from fresa.machines.vplotter import VPlotter, VPlotterSettings
 from tb.boards import component
 from tb.machines.vplotter.scenarios import WallSession, from_chord
 from tb.wall_plant import hanging
@@ -23,6 +25,7 @@ from tests.hdl.machines.test_vplotter import (
 
 BOWED = replace(SETTINGS, bowed=True)
 WIDTH = SETTINGS.wall_width
+PAGE = Path(__file__).parents[3] / "docs" / "vplotter.md"
 
 pytestmark = [pytest.mark.compiler, pytest.mark.long]
 
@@ -128,6 +131,15 @@ def test_an_end_switch_ends_it(session):
     session.plant.left.switch = 20
     assert session.ask("\x18$X", "ok").endswith(b"ok\r\n")
     command(session, ":F00200030", "The place is unknown. Home first: :H")
+
+
+def test_it_sags_as_far_as_the_page_says():
+    wall = VPlotterSettings()
+    long = hypot(wall.wall_width, wall.wall_height)
+    left = np.linspace(wall.wall_height, long, 10_001)
+    places = hanging(left, left[::-1], wall.wall_width)
+    sags = round(places.imag.max() - wall.wall_height)
+    assert f"lower right one it sags by {sags} mm" in " ".join(PAGE.read_text().split())
 
 
 @pytest.mark.parametrize("name", ["", "stop", "motor_fault", "door"])

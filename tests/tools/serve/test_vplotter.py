@@ -91,8 +91,12 @@ class TestServed:
         plotter.go((30, 30))
         with pytest.raises(Refused, match="Off the wall: x is 0000 to 0100, y is 0020 to 0080"):
             plotter.go((30, 19))
-        with pytest.raises(ValueError, match="x must be a whole number of mm"):
-            plotter.draw_line((30, 30), (70.5, 50))
+        for x in (70.5, True, -1, 10_000):
+            with pytest.raises(ValueError, match="x must be a whole number of mm"):
+                plotter.draw_line((30, 30), (x, 50))
+        for point in ((1, 2, 3), None, 5):
+            with pytest.raises(ValueError, match="a point has two whole numbers of mm"):
+                plotter.go(point)
         with pytest.raises(BlockRefused, match="error:3"):
             plotter.command("$100=100")
         assert plotter.position[:2] == pytest.approx((30, 50), abs=0.01)
