@@ -70,6 +70,7 @@ from .step_dir_pair import STEP_DIR_PAIR
 from .step_ratio import STEP_RATIO
 from .stored_lines import STORED_LINES
 from .stored_program import STORED_PROGRAM
+from .string_cycles import STRING_CYCLES
 from .string_homing import STRING_HOMING
 from .string_length import STRING_LENGTH
 from .string_motor import STRING_MOTOR
@@ -132,6 +133,7 @@ GENERAL = {
     "gcode_homing": GCODE_HOMING,
     "bowed_line": BOWED_LINE,
     "string_homing": STRING_HOMING,
+    "string_cycles": STRING_CYCLES,
     "gcode_probing": GCODE_PROBING,
     "gcode_control": GCODE_CONTROL,
     "order_ledger": ORDER_LEDGER,

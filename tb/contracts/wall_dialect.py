@@ -144,6 +144,8 @@ def describe(c: Contract, dut: WallDialect) -> None:
     ends = [c.keep(14, name=f"end_{name}") for name in "xy"]  # where what has begun ends
     with c.m.If(decides & starts):
         c.m.d.sync += [end.eq(each) for end, each in zip(ends, numbers, strict=True)]
+    with c.m.If(c.rst):
+        c.m.d.sync += [end.eq(0) for end in ends]
     c.implication("off-the-wall", "Nothing goes off the wall.",
                   when=goes_on & asked & job[1],
                   then=(ends[0] <= dut.width) & (ends[1] >= dut.top) & (ends[1] <= dut.height))
@@ -277,15 +279,16 @@ def _straight(c: Contract, dut: WallDialect, asked: Bits, job: Bits, phase: Bits
 def _bowed(c: Contract, dut: WallDialect, asked: Bits, job: Bits, ends: list) -> Bits:
     """State when a line is drawn that is bowed; give that the motors learn their speeds."""
     draws = job == _Job.DRAW
+    c.assume(~dut.drawing | (asked & draws))  # a reset and an answer end it
     c.invariant("bows", "A bowed line is asked for until its line is answered.",
                 dut.bows == (asked & draws), cover=asked)
     c.invariant("ends-there", "It ends where the command says.",
                 ~dut.bows | Cat(a == b for a, b in zip(dut.end, ends, strict=True)).all(),
                 cover=asked)
     c.invariant("pen-while-motors-draw", "The pen is on while the motors draw a line.",
-                dut.pen == (draws & dut.drawing), cover=asked)
+                dut.pen == dut.drawing, cover=asked)
     drew = c.keep(1, name="drew")
-    c.m.d.sync += drew.eq(asked & (drew | dut.drawing))
+    c.m.d.sync += drew.eq(asked & (drew | dut.drawing) & ~c.rst)
     c.invariant("drawn", "It is kept that the motors have drawn.", c.signal("drawn") == drew,
                 cover=asked, lemma=True)
     return asked & draws & ~dut.drawing & ~drew
@@ -316,7 +319,7 @@ def _lemmas(c: Contract, dut: WallDialect, within: Bits, commands: Bits, complet
         ~state("LETTER") | ~named, ~state("DIGITS") | named,
         state("ACT") == complete,
         c.signal("waits") == (waits & ~asked),
-        ~state("PASS") | ~asked, ~begun | asked | state("PASS"),
+        ~state("PASS") | ~(asked | waits), ~begun | asked | state("PASS"),
         ~begun | (owned == asked), ~state("PASS") | begun).all(), cover=state("ACT"), lemma=True)
     c.invariant("own-lines", "A line of a command is sent while its answer is to come.", Cat(
         asked | ~(sends | gives), ~sends | speak("REST", "REPLY", "TELL", "DIGIT", "RETURN",

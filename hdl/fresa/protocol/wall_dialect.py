@@ -248,7 +248,7 @@ class WallDialect(wiring.Component):
                     m.d.sync += w.waits.eq(1)
                     m.next = "LINE"
 
-        with m.If(self.answered | self.renewed):
+        with m.If(self.answered):
             m.d.sync += w.waits.eq(0)
         with m.FSM(name="wall_state") as fsm:
             with m.State("LINE"):
@@ -292,8 +292,10 @@ class WallDialect(wiring.Component):
                     m.next = "LINE"
             with m.State("FAULT"):
                 pass
-        with m.If(self.renewed & ~fsm.ongoing("FAULT")):
-            m.d.sync += fsm.state.eq(fsm.encoding["LINE"])
+        with m.If(self.renewed):
+            m.d.sync += w.waits.eq(0)
+            with m.If(~fsm.ongoing("FAULT")):
+                m.d.sync += fsm.state.eq(fsm.encoding["LINE"])
         return leave_unused_codes(m, fsm, fault="FAULT")
 
     def _reply(self, m: Module, w: "_Work", text: _Text) -> None:

@@ -280,8 +280,9 @@ def _answers(findings: Findings, received: list[tuple[int, int, bool]], resets: 
                 Failure(begin, "answer", "no greeting after a reset")]
         lines = [*_lines(after)]
         locked = any(text == UNLOCK for clock, text in said if begin < clock < end)
-        if begin and (locked or (lines and greeted > lines[0].clock)):
-            known = False  # it slept, or braked for so long that lines are gone
+        gone = any(byte for clock, byte, _ in after if begin and clock < greeted)
+        if begin and (locked or gone or (lines and greeted > lines[0].clock)):
+            known = False  # it slept, or braked for so long that bytes or lines are gone
             continue
         own = [(clock, text) for clock, text in said if greeted <= clock < end
                and re.fullmatch(rb"ok|error:\d+", text)]

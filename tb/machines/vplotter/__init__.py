@@ -1,6 +1,7 @@
 """`vplotter`: a pen that hangs from two strings, over a serial line."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
@@ -124,6 +125,7 @@ MACHINE = Machine(
     about="a pen that hangs from two strings: G-code, or the thesis' commands (docs/vplotter.md)",
     make=VPlotter,
     short={"settings": SHORT},
+    variants={"vplotter-bowed": {"settings": replace(SHORT, bowed=True)}},
     directed=_directed, random=_random,
     without=dict.fromkeys(("netlist", "netlist-icarus"),
                           "it takes block RAMs, of which Yosys has no model"),

@@ -35,13 +35,13 @@ PULSES = {False: 200, True: 600}
 TEXTS = [text.removesuffix(b"\r\n") for text in wall_texts(
     width=SHORT.wall_width, top=SHORT.least_y, height=SHORT.wall_height,
     feed=int(max(SHORT.max_rate[:2]))) if text.endswith(b"\r\n")]
-(POWERED, REFUSED, HOME_FIRST, START_FIRST, OFF_THE_WALL, BUSY, DAMAGED, COMMANDS, OF_P, OF_H, OF_I,
- OF_F, OF_S) = (TEXTS[number] for number in (4, *range(11, 23)))
+(POWERED, REFUSED, HOME_FIRST, START_FIRST, OFF_THE_WALL, BUSY, EMERGENCY, DAMAGED, COMMANDS, OF_P,
+ OF_H, OF_I, OF_F, OF_S) = (TEXTS[number] for number in (4, *range(11, 24)))
 STATE = b"state"
 LOST = b"error:11"
 """Answer to a line that is damaged, or had no room."""
-REPLIES = {POWERED, HOME_FIRST, START_FIRST, OFF_THE_WALL, BUSY, DAMAGED, COMMANDS, OF_P, OF_H,
-           OF_I, OF_F, OF_S, STATE}
+REPLIES = {POWERED, HOME_FIRST, START_FIRST, OFF_THE_WALL, BUSY, EMERGENCY, DAMAGED, COMMANDS,
+           OF_P, OF_H, OF_I, OF_F, OF_S, STATE}
 OUTCOMES = {TEXTS[3], TEXTS[5], TEXTS[6], TEXTS[8], REFUSED}
 """What is said of a command without a reply: homed, released, on its way, drawing, refused."""
 
@@ -217,7 +217,8 @@ def _answers(received: list[tuple[int, int, bool]], resets: list[int], said: Sai
         lines = [*_lines(after)]
         if begin:
             lines[0].text = lines[0].text.lstrip(b"\0")
-            if greeted > lines[0].clock:  # it braked for so long that lines are gone
+            gone = any(byte for clock, byte, _ in after if clock < greeted)
+            if gone or greeted > lines[0].clock:  # it braked for so long that they are gone
                 continue
             lines[0].size = 1
         own = [(clock, text) for clock, text in said if greeted <= clock < end]
@@ -294,7 +295,7 @@ def _reply_to(line: _Line) -> tuple[set[bytes], bool]:
     if line.damaged:
         return {DAMAGED}, False
     if letter == b"P":
-        good = {b"0": {BUSY}, b"1": {POWERED}}
+        good = {b"0": {BUSY}, b"1": {POWERED, EMERGENCY}}
         return good.get(digits, {OF_P}), digits == b"0"
     if letter == b"H":
         return ({OF_H}, False) if digits else ({BUSY}, True)
