@@ -280,7 +280,7 @@ def _answers(findings: Findings, received: list[tuple[int, int, bool]], resets: 
                 Failure(begin, "answer", "no greeting after a reset")]
         lines = [*_lines(after)]
         locked = any(text == UNLOCK for clock, text in said if begin < clock < end)
-        gone = any(byte for clock, byte, _ in after if begin and clock < greeted)
+        gone = begin and any(byte or error for clock, byte, error in after if clock < greeted)
         if begin and (locked or gone or (lines and greeted > lines[0].clock)):
             known = False  # it slept, or braked for so long that bytes or lines are gone
             continue

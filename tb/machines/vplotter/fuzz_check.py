@@ -217,7 +217,7 @@ def _answers(received: list[tuple[int, int, bool]], resets: list[int], said: Sai
         lines = [*_lines(after)]
         if begin:
             lines[0].text = lines[0].text.lstrip(b"\0")
-            gone = any(byte for clock, byte, _ in after if clock < greeted)
+            gone = any(byte or error for clock, byte, error in after if clock < greeted)
             if gone or greeted > lines[0].clock:  # it braked for so long that they are gone
                 continue
             lines[0].size = 1
