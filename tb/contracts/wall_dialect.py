@@ -108,9 +108,8 @@ def describe(c: Contract, dut: WallDialect) -> None:
     formed = (status == LineEnd.GOOD.value) & ~bad & (count == many) & (
         ~is_("P", "S") | (x <= most)) & is_("P", "H", "I", "F", "S")
     releases = (job == _Job.SLEEP) & (phase != _Phase.NONE)
-    # What begins something waits for the answer to the line of G-code before.
-    stays = formed & waits & ~asked & (
-        is_("H", "I", "F") | (is_("P") & (x == 0) & ~releases))
+    # But for states what is right waits for the answer to the line of G-code before.
+    stays = formed & waits & ~asked & (is_("H", "I", "F") | (is_("P") & ~releases))
     decides = looked_at & ~stays
     with c.m.If(decides | anew):
         c.m.d.sync += complete.eq(0)

@@ -56,6 +56,9 @@ __all__ = ["VPlotter", "VPlotterSettings"]
 PLACE_BITS, LENGTH_BITS = 19, 18
 """Bits of a place in ticks, and of what a motor has paid out, in steps: of both strings at most."""
 
+ANSWERED = 15
+"""Clocks in which the reporter has begun to send an answer."""
+
 FRACTION = 16
 """Bits of a fraction of the ticks in a mm."""
 
@@ -140,14 +143,15 @@ class VPlotterSettings(GCodeSettings):
         return round(mm * self.steps_per_mm[0])
 
     @property
-    def edges(self) -> tuple[int, int]:
-        """The least ticks across and the most below that soft limits allow.
+    def edges(self) -> tuple[int, int, int]:
+        """The least ticks across, and the least and most below, that soft limits allow.
 
         They count from the upper right corner, so the nearest ticks may be beyond.
         """
         across, below = (floor(mm * self.steps_per_mm[0])
                          for mm in (self.wall_width, self.wall_height - self.least_y))
-        return self.wall_ticks - across, self.ticks(self.least_y) + below
+        top = self.ticks(self.least_y)
+        return self.wall_ticks - across, top, top + below
 
     @property
     def wall_ticks(self) -> int:
@@ -178,7 +182,7 @@ class VPlotterSettings(GCodeSettings):
     @property
     def hanging(self) -> dict[str, int]:
         """Parameters of :class:`Hanging`."""
-        (across, below), (least, most) = map(self.ticks, self.rest), self.edges
+        (across, below), (least, _, most) = map(self.ticks, self.rest), self.edges
         return {"width": self.wall_ticks, "bits": PLACE_BITS, "first_across": max(across, least),
                 "first_below": min(below, most)}
 
@@ -361,6 +365,7 @@ class VPlotter(GCode):
         own, sent = self._dialect.bytes, said.signature.create()
         turn = Signal()  # of the dialect
         within = Signal()  # a line of the reporter
+        rested = Signal(range(ANSWERED + 1))  # clocks since there was an answer, or part of a line
         last = sent.payload == ord("\n")
         m.d.comb += [
             sent.payload.eq(Mux(turn, own.payload, said.payload)),
@@ -371,8 +376,12 @@ class VPlotter(GCode):
             m.d.sync += turn.eq(~(sent.valid & sent.ready & last))
         with m.Elif(said.valid & said.ready):
             m.d.sync += within.eq(~last)
-        with m.Elif(~within & ~said.valid):
+        with m.Elif(~within & ~said.valid & (rested == ANSWERED)):
             m.d.sync += turn.eq(own.valid)
+        with m.If(said.valid | self._dialect.answered):
+            m.d.sync += rested.eq(0)
+        with m.Elif(rested != ANSWERED):
+            m.d.sync += rested.eq(rested + 1)
         return sent
 
     def _drivers(self, m: Module, control: GCodeControl, renewed: Signal, motion: BlockMotion,
@@ -455,9 +464,9 @@ class VPlotter(GCode):
         across, below = (Signal(PLACE_BITS, name=f"end_{name}") for name in ("across", "below"))
         for ticks, mm in zip((across, below), dialect.end, strict=True):
             m.d.sync += ticks.eq((mm * per_mm + (1 << FRACTION - 1)) >> FRACTION)
-        least, most = self.settings.edges
+        least, top, most = self.settings.edges
         m.d.comb += [homing.target[0].eq(Mux(across < least, least, across)),
-                     homing.target[1].eq(Mux(below > most, most, below))]
+                     homing.target[1].eq(Mux(below > most, most, Mux(below < top, top, below)))]
         right, down = homing.up
         return step | homing.tick, Mux(homing.tick.any(), Cat(right, ~down), direction)
 

@@ -84,7 +84,7 @@ def wall_texts(*, width: int, top: int, height: int, feed: int) -> list[bytes]:
         _Text.START_FIRST: "Give a start point first: :Ixxxxyyyy",
         _Text.OFF_THE_WALL: f"Off the wall: x is 0000 to {width:04}, y is {top:04} to {height:04}",
         _Text.BUSY: "Busy: wait until it stands.",
-        _Text.EMERGENCY: "Emergency stop: release it first.",
+        _Text.EMERGENCY: "Emergency stop, or a motor's fault: end that first.",
         _Text.DAMAGED: "That came damaged: send it again.",
         _Text.COMMANDS: "Commands: :P1 :P0 :H :Ixxxxyyyy :Fxxxxyyyy :S0 :S1 :S2",
         _Text.SYNTAX_P: "Power of the motors: :P1 on, :P0 off",
@@ -139,8 +139,9 @@ class WallDialect(wiring.Component):
 
     Bits of a state: 0 powered, 1 homing, 2 homed, 3 moving, 4 ready to draw, 5 drawing. Commands
     are taken while it moves, too, but of these only ``:S`` and ``:P1`` are obeyed. Lines of G-code
-    wait for the answer to the one before, and for the end of what a command has begun; a command
-    that begins something waits for that answer, too. A line that is refused keeps the start point.
+    wait for the answer to the one before, and for the end of what a command has begun. While such
+    an answer is to come of commands only ``:S`` is obeyed, and others wait, as does what is behind
+    them. A line that is refused keeps the start point.
 
     Parameters
     ----------
@@ -330,13 +331,13 @@ class WallDialect(wiring.Component):
         with command("P"):
             unless(wrong | (digits != 1) | (x > 1), _Text.SYNTAX_P, first=True)
             unless((w.job == _Job.SLEEP) & (w.phase != _Phase.NONE), _Text.BUSY)
+            wait()  # it may be a sleep
             unless((x == 1) & self.emergency, _Text.EMERGENCY)
             with m.Elif(x == 1):
                 m.d.comb += self.wake.eq(self.sleeping)
                 with m.If(~self.sleeping):
                     m.d.comb += self.power.eq(1)
                     self._reply(m, w, _Text.POWERED)
-            wait()
             unless(busy, _Text.BUSY)
             with m.Else():
                 begin(_Job.SLEEP)

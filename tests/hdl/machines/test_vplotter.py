@@ -161,6 +161,19 @@ class TestThesis:
         assert session.take(4_000_000, b"yyyy\r\n").count(b"\r\n") == 4
         apart(session, (20, 20))
 
+    @pytest.mark.parametrize(("line", "says"), [
+        ("$J=G91X5F6000", "Busy: wait until it stands."), ("G4P0.01", "Give a start point first"),
+        ("G1X30F6000", "Busy: wait until it stands.")])
+    def test_answers_are_in_the_order_of_lines(self, session, line, says):
+        home(session)
+        session.send(f"{line}\n:F00500050\n")
+        assert session.take(100_000).startswith(f"ok\r\n{says}".encode())
+
+    def test_power_does_not_overtake_a_sleep(self, session):
+        session.send("$X\n$$\n$SLP\n:P1\n:S0\n")
+        said = session.take(400_000, b"01\r\n")
+        assert said.index(b"Sleeping") < said.index(b"Motors powered.") < said.index(b"01\r\n")
+
     def test_states_while_it_homes_by_a_line(self, session):
         session.send("$H\n:S0\n")
         assert session.take(100_000, b"\r\n") == b"03\r\n"
@@ -168,7 +181,7 @@ class TestThesis:
     def test_no_power_in_an_emergency_stop(self, session):
         session.engine.set(stop=1)
         session.take(40_000)
-        command(session, ":P1", "Emergency stop: release it first.")
+        command(session, ":P1", "Emergency stop, or a motor's fault: end that first.")
         command(session, ":S0", "00")
         session.engine.set(stop=0)
         command(session, ":P1", "Motors powered.")

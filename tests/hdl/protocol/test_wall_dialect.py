@@ -288,9 +288,9 @@ def test_states_are_given_while_a_line_waits_for_its_answer(machine):
     machine.send("$H")
     for _ in range(100):
         machine.clock()
-    for text in (":S0", ":P1", ":S2", ":Z", ":I00100300", "G4P0"):
+    for text in (":S0", ":S2", ":Z", ":P1", ":I00100300", "G4P0"):
         machine.send(text)
-    machine.expect("02", POWERED, "09", COMMANDS, *GO)
+    machine.expect("02", "08", COMMANDS, POWERED, *GO)
     assert [line for _, line, _ in machine.passed[-2:]] == [
         f"$J=G21G90G53X{10 - WIDTH}Y{TOP - 300}F{FEED}", "G4P0"]
 
@@ -298,7 +298,7 @@ def test_states_are_given_while_a_line_waits_for_its_answer(machine):
 def test_no_power_in_an_emergency_stop(machine):
     machine.pins["emergency"] = 1
     machine.send(":P1")
-    machine.expect("Emergency stop: release it first.")
+    machine.expect("Emergency stop, or a motor's fault: end that first.")
     assert not machine.pins["powered"]
     machine.pins["emergency"] = 0
     machine.send(":P1")
