@@ -108,8 +108,17 @@ def describe(c: Contract, dut: WallDialect) -> None:
     formed = (status == LineEnd.GOOD.value) & ~bad & (count == many) & (
         ~is_("P", "S") | (x <= most)) & is_("P", "H", "I", "F", "S")
     releases = (job == _Job.SLEEP) & (phase != _Phase.NONE)
-    # But for states what is right waits for the answer to the line of G-code before.
-    stays = formed & waits & ~asked & (is_("H", "I", "F") | (is_("P") & ~releases))
+    # But for states what is right waits for the answer to the line of G-code before, and until it
+    # has begun to move.
+    left = c.signal("left")
+    most = (1 << len(left)) - 1
+    idle = c.keep(range(most + 2), name="idle")
+    still = (phase == _Phase.NONE) & ~dut.answered & ~c.rst
+    c.m.d.sync += idle.eq(Mux(still, idle + (idle <= most), 0))
+    c.invariant("begins-soon", "It does not wait for long.", (idle + left <= most + 1)
+                & ((idle <= most) | (left == 0)), cover=idle == most)
+    stays = formed & ((waits & ~asked) | ((phase == _Phase.NONE) & (left != 0))) & (
+        is_("H", "I", "F") | (is_("P") & ~releases))
     decides = looked_at & ~stays
     with c.m.If(decides | anew):
         c.m.d.sync += complete.eq(0)

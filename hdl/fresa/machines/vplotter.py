@@ -378,7 +378,7 @@ class VPlotter(GCode):
             m.d.sync += within.eq(~last)
         with m.Elif(~within & ~said.valid & (rested == ANSWERED)):
             m.d.sync += turn.eq(own.valid)
-        with m.If(said.valid | self._dialect.answered):
+        with m.If(said.valid | (self._dialect.answered & ~self._dialect.own)):
             m.d.sync += rested.eq(0)
         with m.Elif(rested != ANSWERED):
             m.d.sync += rested.eq(rested + 1)

@@ -317,8 +317,8 @@ class WallDialect(wiring.Component):
                 self._reply(m, w, text)
 
         def wait() -> None:
-            """Until the line before is answered."""
-            with m.Elif(w.waits):
+            """Until the line before is answered, and what it does has begun."""
+            with m.Elif(w.waits | ((w.phase == _Phase.NONE) & (w.left != 0))):
                 m.next = "ACT"
 
         def begin(job: _Job) -> None:
@@ -370,7 +370,6 @@ class WallDialect(wiring.Component):
 
     def _carry_out(self, m: Module, w: "_Work") -> None:
         """Follow what a command has begun, and say so."""
-        left = Signal(range(SETTLE + 1))
         outcome = Signal(_Text)
 
         def tell(text) -> None:
@@ -380,8 +379,13 @@ class WallDialect(wiring.Component):
             m.d.sync += [w.phase.eq(_Phase.END), outcome.eq(text)]
 
         with m.Switch(w.phase):
+            with m.Case(_Phase.NONE):
+                with m.If(self.answered):
+                    m.d.sync += w.left.eq(SETTLE)
+                with m.Elif(w.left != 0):
+                    m.d.sync += w.left.eq(w.left - 1)
             with m.Case(_Phase.ASKED):
-                m.d.sync += left.eq(SETTLE)
+                m.d.sync += w.left.eq(SETTLE)
                 with m.If((w.job == _Job.HOME) & (self.stage.as_value() != w.told) & ~w.tells):
                     m.d.sync += w.told.eq(self.stage)
                     with m.If(self.stage != HomingStage.NONE):
@@ -404,11 +408,11 @@ class WallDialect(wiring.Component):
                     with m.If(self.refused):
                         end(_Text.REFUSED)
             with m.Case(_Phase.SETTLE):
-                with m.If((left != SETTLE) | ~w.tells):
-                    m.d.sync += left.eq(left - 1)
-                with m.If((left == SETTLE) & ~w.tells):
+                with m.If((w.left != SETTLE) | ~w.tells):
+                    m.d.sync += w.left.eq(w.left - 1)
+                with m.If((w.left == SETTLE) & ~w.tells):
                     tell(Mux(w.job == _Job.DRAW, _Text.DRAWING, _Text.TO_START))
-                with m.If(left == 0):
+                with m.If(w.left == 0):
                     m.d.sync += w.phase.eq(_Phase.MOVE)
             with m.Case(_Phase.MOVE):
                 with m.If(~self.moving):
@@ -562,6 +566,7 @@ class _Work:
         self.coordinates = [Signal(14, name=name) for name in "xy"]  # of a command as it comes
         self.target = [Signal(14, name=f"target_{name}") for name in "xy"]  # of what has begun
         self.waits = Signal()  # a line of G-code is not answered
+        self.left = Signal(range(SETTLE + 1))  # clocks until what is answered has begun
         self.sends = Signal()  # the line of a command is to be passed
         self.ready = Signal()  # it is at a start point
         self.told = Signal(2)  # the stage that was

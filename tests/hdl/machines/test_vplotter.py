@@ -162,7 +162,7 @@ class TestThesis:
         apart(session, (20, 20))
 
     @pytest.mark.parametrize(("line", "says"), [
-        ("$J=G91X5F6000", "Busy: wait until it stands."), ("G4P0.01", "Give a start point first"),
+        ("$J=G91X5F6000", "Busy: wait until it stands."), ("G90", "Give a start point first"),
         ("G1X30F6000", "Busy: wait until it stands.")])
     def test_answers_are_in_the_order_of_lines(self, session, line, says):
         home(session)
@@ -170,9 +170,10 @@ class TestThesis:
         assert session.take(100_000).startswith(f"ok\r\n{says}".encode())
 
     def test_power_does_not_overtake_a_sleep(self, session):
-        session.send("$X\n$$\n$SLP\n:P1\n:S0\n")
-        said = session.take(400_000, b"01\r\n")
-        assert said.index(b"Sleeping") < said.index(b"Motors powered.") < said.index(b"01\r\n")
+        session.send("$X\n$$\n$SLP\n:P1\n")
+        said = session.take(400_000, b"unlock]\r\n")
+        assert said.index(b"Sleeping") < said.index(b"Motors powered.")
+        command(session, ":S0", "01")
 
     def test_states_while_it_homes_by_a_line(self, session):
         session.send("$H\n:S0\n")
@@ -383,7 +384,7 @@ class TestSettings:
     @pytest.mark.parametrize(("changes", "says"), [
         ({"wall_width": 5}, "wall_width in mm must be"), ({"least_y": 60}, "least_y in mm must be"),
         ({"rest": (30, 5)}, "y of the place of rest"), ({"rest": (61, 30)}, "x of the place"),
-        ({"string_steps": Fraction(4000)}, "ticks from a pulley"),
+        ({"string_steps": Fraction(4000)}, "from a pulley to a far corner"),
         ({"string_rate": 10**6}, "string_rate must be"),
         ({"others": ((20, Fraction(0)),)}, r"\$20 follows from the wall"),
         ({"others": ((100, Fraction(9)),)}, r"\$100 follows from the wall")])
