@@ -171,7 +171,7 @@ class TestThesis:
 
     def test_power_does_not_overtake_a_sleep(self, session):
         session.send("$X\n$$\n$SLP\n:P1\n")
-        said = session.take(400_000, b"unlock]\r\n")
+        said = session.take(400_000, b"powered.\r\n")
         assert said.index(b"Sleeping") < said.index(b"Motors powered.")
         command(session, ":S0", "01")
 
