@@ -216,7 +216,8 @@ def _answers(received: list[tuple[int, int, bool]], resets: list[int], said: Sai
                 Failure(begin, "answer", "no greeting after a reset")]
         lines = [*_lines(after)]
         if begin:
-            lines[0].text = lines[0].text.lstrip(b"\0")
+            if not lines[0].plain.startswith(b":"):  # a command begins with that, not with a 0
+                lines[0].text = lines[0].text.lstrip(b"\0")
             gone = any(byte or error for clock, byte, error in after if clock < greeted)
             if gone or greeted > lines[0].clock:  # it braked for so long that they are gone
                 continue
