@@ -169,7 +169,7 @@ class TestModel:
     def test_scenario(self, machine, script):
         machine.apply(script)
 
-    @settings(RANDOM, max_examples=50 if NO_COMPILER else 150)
+    @settings(RANDOM, max_examples=25 if NO_COMPILER else 150)
     @given(script=scripts)
     def test_random(self, machine, script):
         machine.apply(script)

@@ -268,6 +268,7 @@ class TestTimes:
         assert desk.engine.get("step", "direction")[0] == (7 if inverted else 0)
         desk.engine.close()
 
+    @pytest.mark.compiler
     def test_backlash_is_taken_up_and_not_counted(self):
         desk = Desk(backlash=BACKLASH)
         desk.say("CONNECT", "P 1 20 20 20", "P 2 0 0 0", "GOTO 1")

@@ -105,7 +105,7 @@ class TestDialogue:
         assert requests > 8 and not answers
 
     def test_every_line_is_answered_as_by_the_model(self, mill):
-        lines, seed, outcomes = (14, 4, 6) if NO_COMPILER else (200, 6, 11)
+        lines, seed, outcomes = (6, 4, 4) if NO_COMPILER else (200, 6, 11)
         assert self.answered(mill, lines, seed=seed) >= outcomes
 
     def answered(self, mill: Mill, lines: int, *, seed: int) -> int:
@@ -134,6 +134,7 @@ class TestDialogue:
                 assert kind != Kind.GO or (mill.done[-1].x, mill.done[-1].y) == (x, y)
         return len(outcomes)
 
+    @pytest.mark.compiler
     def test_noise_is_no_order(self, mill):
         rng = random.Random(4)
         assert mill.ask(request(Kind.OPEN, 5)).startswith(b"=10" + b"00000005")
@@ -175,15 +176,14 @@ def delivered(mill: Mill, orders: list[Order], *, noise: float, seed: int) -> No
 
 
 class TestBadLine:
-    @pytest.mark.parametrize(("noise", "count"), [
-        (0.002, 2), *(pytest.param(*each, marks=pytest.mark.compiler) for each in [
-            (0.002, 99), (0.02, 30)])])
+    @pytest.mark.compiler
+    @pytest.mark.parametrize(("noise", "count"), [(0.002, 99), (0.02, 30)])
     def test_every_order_is_done_once(self, mill, noise, count):
         rng = random.Random(9)
         orders = [Order(Kind.UP), *(Order(Kind.GO, rng.randrange(2**16), rng.randrange(2**16))
                                     for _ in range(count))]
         faults = delivered(mill, orders, noise=noise, seed=6).faults
-        assert mill.done == orders and (count == 2 or faults > 5)
+        assert mill.done == orders and faults > 5
 
 
 class TestParameters:

@@ -187,7 +187,8 @@ class TestThesis:
         session.engine.set(stop=0)
         command(session, ":P1", "Motors powered.")
 
-    @pytest.mark.parametrize("byte", ["\x85", "!", "\x18"])
+    @pytest.mark.parametrize("byte", [
+        "!", *(pytest.param(byte, marks=pytest.mark.long) for byte in ("\x85", "\x18"))])
     def test_line_that_is_cancelled_is_not_drawn(self, session, byte):
         home(session)
         session.send(":I00200020\n")
@@ -279,6 +280,7 @@ class TestHoming:
             assert where(session) == pytest.approx(SETTINGS.rest, abs=0.01)
             command(session, ":S0", "01")
 
+    @pytest.mark.long
     def test_stays_slack(self, session):
         """While a string is wound the other one is never too short for the way between."""
         session.send("$H\n")
@@ -317,7 +319,8 @@ class TestHoming:
             session.engine.set(stop=0)
             goes_on(session)
 
-    @pytest.mark.parametrize("clocks", range(4))
+    @pytest.mark.parametrize("clocks", [
+        2, *(pytest.param(clocks, marks=pytest.mark.long) for clocks in (0, 1, 3))])
     def test_a_hold_as_it_begins_keeps_the_place(self, session, clocks):
         home(session)
         assert session.ask("G0X20Y40", "ok") == b"ok\r\n"
@@ -329,7 +332,7 @@ class TestHoming:
         session.engine.set(hold=0)
         goes_on(session)
 
-    @pytest.mark.parametrize("on", ["M3", "G0Z-1"])
+    @pytest.mark.parametrize("on", ["M3", pytest.param("G0Z-1", marks=pytest.mark.long)])
     def test_the_pen_is_off_where_it_may_not_draw(self, session, on):
         home(session)
         assert session.ask(on, "ok") == b"ok\r\n"

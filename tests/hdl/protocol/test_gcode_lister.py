@@ -143,7 +143,7 @@ def test_each_motion_is_listed(engine, motion):
 def test_lists_are_those_of_the_model(engine, seed):
     rng = random.Random(seed)
     host = Host(engine, seed)
-    for _ in range(3):
+    for _ in range(3 if seed else 1):
         host.modes = {name: rng.randrange(count) for name, count in MODES.items()}
         host.modes["motion"], host.probed = rng.choice(MOTIONS), rng.random() < 0.5
         host.inches = rng.random() < 0.5

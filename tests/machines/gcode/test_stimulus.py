@@ -22,6 +22,7 @@ def test_one_motor_of_two_is_homed_without_the_other_where_it_is_sought_and_loca
     assert set(second[alone].tolist()) == {0, 1} and not seen["alarm"].any()
 
 
+@pytest.mark.long
 def test_either_build_has_a_column_for_every_input():
     for name in ("gcode", "gcode-gantry"):
         machine = duts()[name]

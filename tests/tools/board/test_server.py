@@ -629,6 +629,7 @@ class TestWaves:
 
 
 class TestLife:
+    @pytest.mark.long
     def test_the_simulation_dies(self):
         async def test(served):
             page = await served.page()
