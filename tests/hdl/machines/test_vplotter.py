@@ -405,14 +405,14 @@ class TestSettings:
 
 @compiled
 @pytest.mark.long
-@pytest.mark.parametrize(("rest", "line"), [((0, 30), "G1Y10F6000"), ((30, 60), "G1X10F6000"),
-                                            ((60, 10), "G1X50F6000")])
-def test_a_place_of_rest_at_an_edge_is_within_the_limits(rest, line):
-    settings = replace(SETTINGS, rest=rest)
+def test_a_place_of_rest_at_edges_is_within_the_limits():
+    settings = replace(SETTINGS, rest=(0, 60))
     with started(component("vplotter", VPlotter(settings=settings)), settings) as session:
-        assert session.ask("$H", "ok", 8_000_000) == b"ok\r\n"
-        assert session.ask(line, "ok") == b"ok\r\n"
-        session.rest()
+        for line in ("G1X10F6000", "G1Y10F6000"):
+            assert session.ask("$H", "ok", 12_000_000) == b"ok\r\n"
+            assert session.ask(line, "ok") == b"ok\r\n"
+            session.rest(2_000_000)
+            assert b"ALARM" not in session.texts
 
 
 @compiled
