@@ -29,6 +29,8 @@ LEFT = 2
 """Steps that a motor makes later: what it was kept from by an alarm, or a motor without power."""
 EVERY = SHORT.servo_us * SHORT.clock // 10**6
 """Clocks from a pulse of the servo to the next."""
+SAMPLED = 17 * SHORT.clock // 10**6 + 4
+"""Clocks before a pulse in which its length is chosen."""
 PULSES = {False: 200, True: 600}
 """Clocks of a pulse of the servo, by whether the pen touches: $210 and $211."""
 
@@ -195,7 +197,7 @@ def _pen(lines: Sequence[_Line], seen: Seen, *, sets: bool) -> list[Failure]:
     if (np.diff(rises) != EVERY).any() or len(rises) < len(pen) // EVERY - 1:
         return [Failure(0, "pen", f"pulses are not {EVERY} clocks apart")]
     for rise, width in zip(rises, falls - rises[:len(falls)], strict=False):
-        levels = pen[max(0, rise - 4):rise + 1].tolist()
+        levels = pen[max(0, rise - SAMPLED):rise + 1].tolist()
         if not sets and width not in {PULSES[bool(level)] for level in levels}:
             return [Failure(int(rise), "pen", f"a pulse of {width} clocks, while pen is "
                             f"{pen[rise]}")]
