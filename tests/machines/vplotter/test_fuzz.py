@@ -20,10 +20,10 @@ from tb.uart import FRAME, high, levels
 
 MISTAKES = {  # a few bytes, what is found, the mistake
     "another reply": (b":Q\n", "answer", Mistake(
-        "dialect.texts.numbers__payload", lambda right, _: Mux(right == 17, 18, right))),
+        "dialect.texts.numbers__payload", lambda right, _: Mux(right == 18, 19, right))),
     "a command without a reply": (b":S3\n:P1\n", "answer", Mistake(
         "dialect.texts.numbers__valid",
-        lambda right, at: right & (at("dialect.texts.numbers__payload") != 22))),
+        lambda right, at: right & (at("dialect.texts.numbers__payload") != 23))),
     "answers to a command": (b":S0\n", "answer", Mistake(
         "reporter.answers__valid", lambda *_: Const(1))),
 }
