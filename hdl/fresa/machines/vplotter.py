@@ -321,7 +321,7 @@ class VPlotter(GCode):
     def _system(self, m: Module, control: GCodeControl, renewed: Signal, gate: GCodeGate,
                 planner: GCodePlanner, motion: BlockMotion, homing,
                 store: GCodeSettingStore) -> None:
-        """Let an end switch end a bowed line: no other state of homing looks for them."""
+        """Let an end switch end a bowed line: in a homing cycle hard limits do not count."""
         super()._system(m, control, renewed, gate, planner, motion, homing, store)
         if isinstance(homing, StringCycles):
             before = Signal()
