@@ -31,10 +31,19 @@ def describe(c: Contract, dut: StoredProgram) -> None:
         c.m.d.sync += at.eq(at + 1)
     with c.m.If(~dut.running):
         c.m.d.sync += at.eq(0)
-    with c.m.If(c.rst):
-        c.m.d.sync += [waits.eq(0), at.eq(0)]
-
+    owes, broken = c.keep(1, name="line_is_not_done"), c.keep(1, name="line_is_broken")
+    with c.m.If(dut.line_done):
+        c.m.d.sync += owes.eq(0)
+    with c.m.If(taken & lines.p.end):
+        c.m.d.sync += owes.eq(1)
     state = c.state("program_state")
+    with c.m.If(given & state("BREAK")):
+        c.m.d.sync += broken.eq(1)
+    with c.m.Elif(taken & lines.p.end):
+        c.m.d.sync += broken.eq(0)
+    with c.m.If(c.rst):
+        c.m.d.sync += [waits.eq(0), at.eq(0), owes.eq(0), broken.eq(0)]
+
     byte = Array(dut.program)[at]
     ended = byte == ord("\n")
     c.implication("bytes-in-order", "A running program gives its bytes one after the other.",
@@ -64,6 +73,17 @@ def describe(c: Contract, dut: StoredProgram) -> None:
     c.implication("asked", "And that is by `run`.",
                   when=~begins & c.signal("wanted") & ~c.past(c.signal("wanted")),
                   then=c.past(dut.run))
+    c.implication("busy-until-it-ends", "From when it is asked to it is busy until it has run.",
+                  when=~begins & c.past(dut.busy) & ~c.past(dut.running & dut.answered),
+                  then=dut.busy | dut.fault)
+    c.implication("busy-only-so", "And only if it is asked to.",
+                  when=~begins & dut.busy & ~c.past(dut.busy), then=dut.run)
+    c.implication("done-is-one-line", "A line that is done was taken to its end, and is done once.",
+                  when=dut.line_done, then=owes)
+    c.implication("done-when-answered", "A line is done when it is answered.",
+                  when=owes & dut.answered, then=dut.line_done)
+    c.implication("done-when-dropped", "One that was broken is when the rest of it is taken.",
+                  when=~begins & c.past(taken & lines.p.end & broken), then=dut.line_done)
     c.implication("stable-until-ready", "An item that is offered stays until it is taken.",
                   when=~begins & c.past(items.valid & ~items.ready),
                   then=items.valid & (items.payload.as_value()
@@ -85,6 +105,11 @@ def describe(c: Contract, dut: StoredProgram) -> None:
     c.invariant("last", "Behind its last byte the last line is known.",
                 ~dut.running | (at < len(dut.program)) | c.signal("last") | state("FAULT"),
                 cover=at == len(dut.program), lemma=True)
+    dropped = c.signal("dropped")
+    c.invariant("drops", "It drops the rest of a line that was broken.",
+                (c.signal("drops") == broken) & (~dropped | (owes & state("LINE") & ~broken))
+                & (owes == (dropped | (waits & ~dut.running & ~broken)))
+                | state("FAULT"), cover=dropped, lemma=True)
     c.leaves_unused_codes("program_state", fault=dut.fault, shows=~items.valid)
 
 

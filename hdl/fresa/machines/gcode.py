@@ -440,6 +440,8 @@ class GCode(MachineComponent):
         If a setting is out of range.
     """
 
+    _stored: StoredProgram
+
     def __init__(self, *, settings: GCodeSettings | None = None) -> None:
         self.settings = settings = settings or GCodeSettings()
         further = SECOND_MOTOR if settings.second_motor is not None else {}
@@ -801,12 +803,17 @@ class GCode(MachineComponent):
             answers.ready.eq(said.ready | silent),
             program.answered.eq(answers.valid & answers.ready),
             program.refused.eq(answers.payload != 0),
-            program.run.eq(self.start & ~pressed & (control.state == GCodeState.IDLE)),
+            program.run.eq(self.start & ~pressed & self._may_run(control)),
             program.ended.eq(interpreter.actions.valid & interpreter.actions.ready
                              & (interpreter.actions.p.kind == GCodeActionKind.END)),
         ]
         faults.append(program.fault)
+        self._stored = program
         return program.items, said
+
+    def _may_run(self, control: GCodeControl) -> Value:
+        """Return that the program of its own may be started."""
+        return control.state == GCodeState.IDLE
 
     def _answers(self, m: Module, interpreter: GCodeInterpreter, renewed: Signal
                  ) -> stream.Interface:

@@ -347,18 +347,26 @@ class VPlotter(GCode):
         # A program of its own is behind the dialect: each of its lines is answered there.
         items, answers = super()._program(m, anew, control, interpreter, answers, dialect.items,
                                           faults, renewed)
+        answered, moving = answers.valid & answers.ready, control.moving
+        if self.settings.program:
+            answered, moving = self._stored.line_done, moving | self._stored.busy
         said = answers.signature.create()
         m.d.comb += [
             said.payload.eq(answers.payload), said.valid.eq(answers.valid & ~dialect.own),
             answers.ready.eq(said.ready | dialect.own),
-            dialect.answered.eq(answers.valid & answers.ready),
+            dialect.answered.eq(answered),
             dialect.refused.eq(answers.payload != 0), dialect.renewed.eq(renewed),
-            dialect.moving.eq(control.moving), dialect.cancelled.eq(control.cancelled),
+            dialect.moving.eq(moving), dialect.cancelled.eq(control.cancelled),
             dialect.sleeping.eq(control.state == GCodeState.SLEEP),
             dialect.powered.eq(self._enabled), dialect.emergency.eq(control.emergency),
         ]
         faults.append(dialect.fault)
         return items, said
+
+    def _may_run(self, control: GCodeControl) -> Value:
+        """Return that a program may be started: not while a command is carried out."""
+        dialect = self._dialect
+        return super()._may_run(control) & ~(dialect.own | dialect.pen | dialect.lifts)
 
     def _sent(self, m: Module, said: stream.Interface) -> stream.Interface:
         """Send lines of the reporter and of the dialect, never one within another."""

@@ -56,6 +56,11 @@ class StoredProgram(wiring.Component):
         The program says that it ends, for one clock, before the answer to that line.
     running : Out(1)
         The lines are those of the program.
+    busy : Out(1)
+        They are, or will be when it is asked to in this clock or was before.
+    line_done : Out(1)
+        The last of `lines` that was taken to its end is answered; of one that was ended as DAMAGED
+        the rest is taken, too. For one clock.
     fault : Out(1)
         The state register was upset. Stays until reset.
 
@@ -73,7 +78,7 @@ class StoredProgram(wiring.Component):
         super().__init__({
             "lines": In(stream.Signature(LineItem)), "items": Out(stream.Signature(LineItem)),
             "answered": In(1), "refused": In(1), "run": In(1), "ended": In(1), "running": Out(1),
-            "fault": Out(1),
+            "busy": Out(1), "line_done": Out(1), "fault": Out(1),
         })
 
     def elaborate(self, platform) -> Module:
@@ -87,10 +92,15 @@ class StoredProgram(wiring.Component):
         read = Signal()  # the ROM has read the byte
         begun = Signal()  # a line
         drops = Signal()  # the rest of a line
+        dropped = Signal()  # the end of that, a clock ago
         wanted = Signal()
         last = Signal()  # line of the program
         items, lines = self.items, self.lines
-        m.d.comb += fetch.addr.eq(place)
+        m.d.comb += [
+            fetch.addr.eq(place), self.busy.eq(self.running | wanted | self.run),
+            self.line_done.eq((self.answered & ~self.running & ~drops) | dropped),
+        ]
+        m.d.sync += dropped.eq(drops & lines.valid & lines.ready & lines.p.end)
         with m.If(self.run & ~self.running):
             m.d.sync += wanted.eq(1)
         with m.If(self.ended):

@@ -433,3 +433,81 @@ def test_a_program_of_its_own_and_commands():
         assert session.take(20_000) == b"" and session.path[0][-1][0] > 30.9
         for text, answer in ((":S0", "01"), ("G4P0", "ok"), (":S1", "01"), ("$X", "ok")):
             command(session, text, answer)
+
+
+@compiled
+@pytest.mark.long
+def test_a_program_of_its_own_breaks_a_line():
+    """One that had begun is refused, its rest is dropped, and what comes then is obeyed."""
+    with programmed(b"G91G21\nG1X1F6000\n") as session:
+        session.send("G1X5")
+        session.run(8000)
+        press(session)
+        session.run(400_000)
+        session.rest()
+        assert session.take(20_000) == b"error:11\r\n"
+        apart(session, (31, 30))
+        session.send("F100\n")
+        assert session.take(20_000) == b""
+        for text, answer in ((":S0", "01"), ("$X", "ok"), (":P1", "Motors powered."),
+                             (":S1", "01"), ("$X", "ok")):
+            command(session, text, answer)
+
+
+@compiled
+@pytest.mark.long
+@pytest.mark.parametrize(("text", "said"), [
+    (":P0", "Motors released: the place is unknown."),
+    (":I00250025", "Going to the start point.")])
+def test_a_program_of_its_own_does_not_run_within_a_command(text, said):
+    """Wherever within; its line waits until the end of the command before is said."""
+    with programmed(b"G1X1F0\n") as session:
+        assert session.ask("$H", "ok", 8_000_000) == b"ok\r\n"
+        for wait in (-600, 0, 300, 2000, 5000, 6000, 7000, 8000, 20_000):
+            session.send(":I00300030\n")
+            session.take(1_000_000, b"At the")
+            line = f"{text}\n"
+            early = min(wait, 0) // 160 or len(line)
+            session.send(line[:early])
+            session.run(max(wait, 0))
+            press(session)
+            session.send(line[early:])
+            came = session.take(1_000_000, f"{said}\r\n".encode())
+            assert came.count(b"error") == (wait < 0) and b"Refused" not in came, (wait, came)
+            assert said.encode() in came, (wait, came)
+            session.rest(2_000_000)
+            session.take(60_000)
+            if text == ":P0":
+                command(session, ":P1", "Motors powered.")
+                assert session.ask("$H", "ok", 8_000_000).endswith(b"ok\r\n")
+
+
+@compiled
+@pytest.mark.long
+def test_a_command_does_not_begin_while_a_program_of_its_own_runs():
+    with programmed(b"G91G21\n" + 200 * b"M5\n" + b"G1X1F6000\n") as session:
+        press(session)
+        for text in (":P0", ":H", ":I00250025"):
+            command(session, text, "Busy: wait until it stands.")
+        session.run(800_000)
+        session.rest()
+        apart(session, (31, 30))
+        assert not session.texts
+
+
+def press(session: WallSession) -> None:
+    """Press START."""
+    session.engine.set(start=1)
+    session.run(2000)
+    session.engine.set(start=0)
+
+
+@contextmanager
+def programmed(program: bytes) -> Iterator[WallSession]:
+    """Give a session with a machine that has a program, unlocked."""
+    settings = replace(SETTINGS, program=program)
+    with CXXRTLEngine(component("vplotter", VPlotter(settings=settings))) as engine:
+        session = WallSession(engine, settings, place=settings.rest)
+        session.take(20_000, GREETING)
+        assert session.ask("$X", "ok").endswith(b"ok\r\n")
+        yield session
