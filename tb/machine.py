@@ -313,6 +313,11 @@ class Machine:
         """The options of the build that its bench runs."""
         return {**self.short, **self.benched}
 
+    def values_on(self, board: str, values: Options) -> dict[str, Any]:
+        """Return values of its options, with those of a board for what is not chosen."""
+        return {**values, **{name: value for name, value in self.on_boards.get(board, {}).items()
+                             if values[name] is None}}
+
     def design(self, **options: Any) -> Design:
         """Return its design for engines: it by its own pins, and its VHDL if it has some."""
         from .boards import component

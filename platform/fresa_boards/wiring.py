@@ -10,11 +10,11 @@ from amaranth.lib.wiring import In
 
 from fresa import panel
 from fresa.panel import Debouncer, SevenSegment, debounce_period
-from fresa.roles import MachineComponent
+from fresa.roles import MachineComponent, Role
 
 from .board import LEDS, RESET, Allotment, Bit, Bits, Board, role_of
 
-__all__ = ["Plan", "check_names", "prepare", "simulation_ports", "wire"]
+__all__ = ["Plan", "check_names", "other_levels", "prepare", "simulation_ports", "wire"]
 
 
 def wire(machine: MachineComponent, ports: Mapping[str, io.PortLike], allotment: Allotment, *,
@@ -127,14 +127,10 @@ class _Place:
     def __init__(self, m: Module, machine: MachineComponent, name: str, port: io.PortLike,
                  bits: Bits, inverted: Collection[str]) -> None:
         self._m, self.name, self.bits = m, name, bits
-        ours = (None,) * len(bits) if name == LEDS else bits
-        roles = [None if bit is None else role_of(machine, bit.port) for bit in ours]
+        roles = _roles(machine, name, bits)
         self.rest = tuple(0 if bit is None or role is None else role.rest >> bit.index & 1
                           for bit, role in zip(bits, roles, strict=True))
-        self.mask = tuple(
-            int(turned if bit is None or role is None else
-                turned ^ role.active_low ^ (bit.port in inverted))
-            for bit, role, turned in zip(bits, roles, port.invert, strict=True))
+        self.mask = other_levels(machine, name, port, bits, inverted)
         self.bounces = _bounces(machine, port, bits)
         self._registered = any(role.registered for role in roles if role)
         self.is_input = port.direction is io.Direction.Input
@@ -156,6 +152,28 @@ class _Place:
             m.d.sync += pins.eq(value)
             value = pins
         m.d.comb += self._buffer.o.eq(value)
+
+
+def other_levels(machine: MachineComponent, name: str, port: io.PortLike, bits: Bits,
+                 inverted: Collection[str] = ()) -> tuple[int, ...]:
+    """Say which bits of a place have another level at their pin than at the machine.
+
+    Parameters
+    ----------
+    machine, inverted
+        See :func:`wire`.
+    name, port, bits
+        The place, its port, and the bits there.
+    """
+    return tuple(
+        int(turned if bit is None or role is None else
+            turned ^ role.active_low ^ (bit.port in inverted))
+        for bit, role, turned in zip(bits, _roles(machine, name, bits), port.invert, strict=True))
+
+
+def _roles(machine: MachineComponent, name: str, bits: Bits) -> list[Role | None]:
+    """Give the roles of bits at a place; LEDs show levels, whatever these are for."""
+    return [None if bit is None or name == LEDS else role_of(machine, bit.port) for bit in bits]
 
 
 def _bounces(machine: MachineComponent, port: io.PortLike, bits: Bits) -> bool:

@@ -21,6 +21,7 @@ from fresa_boards.board import Board, pin_table
 from fresa_boards.boards import BOARDS
 from fresa_boards.drawing import pin_drawing
 from fresa_boards.wiring import prepare
+from tb.boards import behind_pins
 from tb.boards import board as on_board
 from tb.engines import AmaranthEngine
 from tb.machines import machines
@@ -159,6 +160,28 @@ def test_positioner_moves_at_the_pins(family):
     assert engine.get("direction", "enable") == (0b010, 0b111)
     engine.apply({reset: [1 - free] * 12, "rx": [1] * 12}, [])
     assert engine.get("enable") == 0
+
+
+@EACH_POSITIONER
+def test_what_is_wired_to_the_pins_has_the_levels_of_the_machine(family):
+    """Contacts are on at 1 and drivers too, and the machine starts after the board."""
+    board = FAMILIES[family]
+    timing = PositionerTiming(clock=16_000, baud=1000, top_speed=1500, width=2, low=3, setup=2,
+                              hold=4, settle=30, report=14_000)
+    design = behind_pins("positioner", Positioner(timing=timing), clock=16_000, on=board)
+    assert {*design.inputs} == {"rx", "limits", "reset"}
+    assert {*design.outputs} == {"step", "direction", "enable", "buzzer", "tx"}
+    engine = AmaranthEngine(design)
+    line = ([1] * 8 + encode(b"CONNECT\nMOV MOT2 C\n", 16) + [1] * 200)
+    for limits, moves in ((0b111, False), (0, True)):
+        engine.set(rx=1, reset=1, limits=limits)
+        engine.run(400)  # as long as contacts may bounce
+        assert engine.get("enable") == 0 and engine.get("tx") == 1
+        engine.set(reset=0)
+        engine.run(400)
+        engine.apply({"rx": line}, [])
+        assert engine.get("enable") == 0b111
+        assert (len(engine.run(1000, ("step",))) > 1) == moves
 
 
 @pytest.mark.parametrize(("name", "seed"), [

@@ -1,4 +1,4 @@
-"""A job of 20 000 lines, sent by pygrbl-streamer to a machine with CoreXY belts."""
+"""A job of 20 000 lines, sent by pygrbl-streamer to a machine with belts on an Icepi Zero."""
 
 from collections.abc import Iterator
 
@@ -27,7 +27,7 @@ def machine(libraries) -> Iterator[Machine]:
     """A machine that is served as fast as the computer can."""
     if reason := ENGINES["cxxrtl"].missing():
         pytest.skip(reason)
-    with serve("--kinematics", "corexy", "--speed", "max") as machine:
+    with serve("--kinematics", "corexy", "--board", "icepi-zero", "--speed", "max") as machine:
         yield machine
 
 

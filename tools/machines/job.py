@@ -143,7 +143,7 @@ def build(board: str, machine: Machine, **given: Any) -> Built:
         for the machine.
     """
     where = BOARDS[board]
-    values = _for_board(board, machine, {
+    values = machine.values_on(board, {
         **values_of(argparse.Namespace(), machine.options), **given})
     inverted = machine.inverted(**values) if machine.inverted else ()
     if where is None and inverted:
@@ -158,16 +158,10 @@ def build(board: str, machine: Machine, **given: Any) -> Built:
     return on_board(where, machine.name, made, inverted)
 
 
-def _for_board(board: str, machine: Machine, values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return values of options, with those of the board for what is not chosen."""
-    return {**values, **{name: value for name, value in machine.on_boards.get(board, {}).items()
-                         if values[name] is None}}
-
-
 def declared_kind(machine: Machine) -> Kind:
     """Return how a machine is built of which no more is known than its declaration."""
     def job(args: argparse.Namespace) -> Job:
-        values = _for_board(args.board, machine, values_of(args, machine.options))
+        values = machine.values_on(args.board, values_of(args, machine.options))
         where = BOARDS[args.board]
         clock = where.clock if where else CLOCK
         try:

@@ -4,6 +4,7 @@ import argparse
 import asyncio
 import sys
 
+from fresa_boards.boards import BOARDS
 from tb.engines import Engine
 from tb.machines import machines
 
@@ -57,6 +58,9 @@ examples:
   python -m tools.serve single --ramp 1000 --top-speed 600
       A machine with a ramp.
 
+  python -m tools.serve gcode --board icepi-zero
+      The same as it is on that board, between its pins and contacts.
+
   python -m tools.serve single --speed 10
       Ten times real time, if the computer is fast enough; max is without a limit.
 
@@ -88,6 +92,9 @@ def main(argv: list[str] | None = None) -> int:
                         help="also serve a TCP port; 0 for any free one")
     parser.add_argument("--speed", metavar="TIMES", type=_speed, default=1.0,
                         help="times as fast as the real machine, or max (default: 1)")
+    parser.add_argument("--board", metavar="NAME", choices=BOARDS,
+                        help="behind the pins of a board, with its levels, its start-up and its "
+                             "debouncing, and what a small one leaves out: one of %(choices)s")
     parser.add_argument("--engine", metavar="NAME", choices=["cxxrtl", "amaranth"],
                         help="see below (default: the fastest available)")
     if named is not None:
@@ -99,6 +106,11 @@ def main(argv: list[str] | None = None) -> int:
     if unknown:
         parser.error(f"unrecognized arguments: {' '.join(unknown)}")
     served = served.chosen(args)
+    if args.board is not None:
+        try:
+            served = served.on(BOARDS[args.board])
+        except ValueError as error:
+            raise UserError(f"{error}: choose another --board, or none") from error
     if args.tcp is not None:
         check_port(args.tcp)
     engine, period = build(served, args.engine)
@@ -119,7 +131,7 @@ async def _serve(engine: Engine, period: int, served: Served,
                 sys.stdout.flush()
             stopped = asyncio.create_task(stop.wait())
             switches = Switches(served.switches, service, served.further_switches)
-            typed = asyncio.create_task(_listen(Typed(service, switches, served.how.contacts)))
+            typed = asyncio.create_task(_listen(Typed(service, switches, served.contacts)))
             await asyncio.wait([stopped, service.ended], return_when=asyncio.FIRST_COMPLETED)
             stopped.cancel()
             typed.cancel()

@@ -7,6 +7,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, cast
 
+from fresa.roles import MachineComponent
+from fresa_boards.board import Board
+from tb.boards import behind_pins
 from tb.design import Design
 from tb.engines import AmaranthEngine, Engine, EngineError, build_with_fallback, why_slow
 from tb.machine import Machine, Option, Serve
@@ -36,11 +39,14 @@ class Served:
         Its declaration of serving it.
     values : mapping of str to object
         Values of the options that it is built with.
+    board : Board, optional
+        The board behind whose pins it is; without one it is the machine alone.
     """
 
     machine: Machine
     how: Serve
     values: Mapping[str, Any]
+    board: Board | None = None
 
     def add_options(self, group: argparse._ArgumentGroup) -> None:
         """Add the machine's own options to a parser."""
@@ -54,11 +60,31 @@ class Served:
         """Return a copy with the options of parsed arguments."""
         return replace(self, values={**self.values, **self.options(args)})
 
+    def on(self, board: Board) -> "Served":
+        """Return a copy behind the pins of a board, with what a small one leaves out.
+
+        Raises
+        ------
+        ValueError
+            If the board has no pins for the machine, or it is served on one of its own.
+        """
+        board.allotment(self.machine.name)
+        if self.how.design:
+            raise ValueError(f"{self.machine.name} is served on a Nexys 2 alone")
+        return replace(self, board=board, values=self.machine.values_on(board.name, self.values))
+
+    @property
+    def contacts(self) -> tuple[str, ...]:
+        """Further inputs that can be switched: those that have a pin, and the reset of a board."""
+        return tuple(name for name in self.how.contacts if self._has(name)) + (
+            ("reset",) if self.board and self._has("reset") else ())
+
     @property
     def further_switches(self) -> dict[str, str]:
         """The inputs of limit switches that have one of their own, by the names of switches."""
         further = self.how.further_switches
-        return dict(further(**self.values)) if further else {}
+        switches = further(**self.values) if further else {}
+        return {name: port for name, port in switches.items() if self._has(port)}
 
     @property
     def switches(self) -> tuple[str, ...]:
@@ -70,6 +96,11 @@ class Served:
         values = {**self.values, "baud": baud}
         if self.how.design:
             return self.how.design(clock, **values)
+        if self.board:
+            made = self.machine.make(**self.machine.real(clock, **values))
+            return behind_pins(
+                self.machine.name, cast(MachineComponent, made), clock=clock, on=self.board,
+                inverted=self.machine.inverted(**values) if self.machine.inverted else ())
         return self.machine.design(**self.machine.real(clock, **values))
 
     def plant(self, clock: int) -> Plant | None:
@@ -77,6 +108,14 @@ class Served:
         if self.how.plant is None:
             return None
         return self.how.plant(**self.machine.real(clock, **self.values))
+
+    def _has(self, port: str) -> bool:
+        """Whether an input can be switched: on a board, whether it has a pin there."""
+        if self.board is None:
+            return True
+        allotment = self.board.allotment(self.machine.name)
+        return port in allotment.header or any(
+            port in words.split() for words in allotment.panel.values())
 
     @property
     def _options(self) -> list[Option]:

@@ -10,6 +10,7 @@ from collections.abc import Iterator
 
 import pytest
 
+from fresa_boards.boards import BOARDS
 from fresa_host import BlockRefused, GCode, JobStopped
 from tests.tools.process import PATIENCE, ROOT, running
 from tools.console import UserError
@@ -48,6 +49,29 @@ def test_inputs_that_can_be_typed_are_inputs_of_the_machine():
     assert {*served.how.contacts} < {*served.design(2_457_600, 9600).inputs}
 
 
+@pytest.mark.parametrize("name", [name for name, board in BOARDS.items()
+                                  if "gcode" in board.allotments])
+def test_on_a_board_these_are_those_that_have_a_pin(name):
+    parser = argparse.ArgumentParser()
+    servable()["gcode"].add_options(parser.add_argument_group())
+    small = name == "tang-nano-20k"
+    options = parser.parse_args([] if small else ["--second-motor", "y"])
+    served = servable()["gcode"].chosen(options).on(BOARDS[name])
+    assert {*served.contacts} == {"stop", "hold", "start", "probe"} | (
+        set() if small else {"door", "abort", "motor_fault", "reset"})
+    assert served.further_switches == ({} if small else {"Y2-": "second_limit"})
+    assert served.values["probing"] == ("no" if name == "nexys2-500" else None)
+    assert {*served.contacts, *served.further_switches.values(), "limits", "rx"} == {
+        *served.design(2_457_600, 115_200).inputs}
+
+
+@pytest.mark.parametrize(("machine", "board", "why"), [
+    ("mill", "icepi-zero", "on a Nexys 2 alone"), ("vplotter", "icebreaker", "has no pins")])
+def test_where_it_cannot_be_it_says_so(machine, board, why):
+    with pytest.raises(ValueError, match=why):
+        servable()[machine].on(BOARDS[board])
+
+
 def test_its_line_is_as_fast_as_that_of_grbl():
     """No slower than the page says: how long a job takes may depend on its line."""
     page = (ROOT / "docs" / "gcode.md").read_text(encoding="utf-8")
@@ -65,7 +89,8 @@ def test_without_the_fast_engine_it_says_what_to_install():
 def test_a_program_of_its_own_starts_and_is_held_by_what_is_typed(libraries, tmp_path):
     program = tmp_path / "part.ngc"
     program.write_text("G21 G91\nG1 X200 F600\nM30\n")
-    with running("tools.serve", "gcode", "--program", program, "--tcp", 0) as command:
+    with running("tools.serve", "gcode", "--program", program, "--board", "ulx3s-25f",
+                 "--tcp", 0) as command:
         with serial.serial_for_url(command.first(r"socket://\S+"), timeout=1) as port:
             def state() -> bytes:
                 port.write(b"?")

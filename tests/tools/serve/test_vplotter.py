@@ -63,7 +63,8 @@ def test_a_switch_closes_in_the_time_of_a_step():
 
 @pytest.fixture(scope="module")
 def url(serve) -> Iterator[str]:
-    with serve("vplotter", *WALL, "--tcp", 0, "--speed", "max", says=r"socket://\S+") as url:
+    with serve("vplotter", *WALL, "--board", "icepi-zero", "--tcp", 0, "--speed", "max",
+               says=r"socket://\S+") as url:
         yield url
 
 
