@@ -21,11 +21,11 @@ def string_motor(run: Run) -> str:
     async def watch(ctx):
         nonlocal row, made
         while True:
-            *_, moved, longer = await ctx.tick().sample(
-                dut.moved, dut.made < dut.length)
+            *_, moved, have, want = await ctx.tick().sample(dut.moved, dut.made, dut.length)
             if moved:
                 made += 1
-                row += 1 if (longer if ctx.get(dut.follow) else ctx.get(dut.longer)) else -1
+                longer = have < want if ctx.get(dut.follow) else ctx.get(dut.longer)
+                row += 1 if longer else -1
 
     async def follow(ctx, length):
         ctx.set(dut.length, length)
@@ -102,6 +102,13 @@ def hanging(run: Run) -> str:
         ctx.set(dut.begin, 0)
         run.see(ctx, dut, across=first[0], below=first[1], busy=0, fault=0)
         run.expect("lengths", [ctx.get(each) for each in dut.lengths], lengths(*first))
+        for _ in range(3):
+            await ticks(ctx, 1, 1)
+        ctx.set(dut.drop, 1)
+        await ctx.tick()
+        ctx.set(dut.drop, 0)
+        await run.until(ctx, dut, busy=0, within=12)
+        run.see(ctx, dut, across=first[0] + 1, below=first[1] - 1, fault=0)
 
     run.simulate(dut, test)
     return "both strings always have the nearest length; ticks without room are a fault"

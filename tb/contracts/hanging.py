@@ -28,8 +28,9 @@ def describe(c: Contract, dut: Hanging) -> None:
         # `up` counts from below.
         onward = dut.direction[way] ^ bool(way)
         step, tick, ahead = dut.step[way], left.tick[way], left.away[way]
-        given = c.keep(len(place), init=first, name=f"given_{name}")  # to the strings
-        asked = c.keep(len(place), init=first, name=f"asked_{name}")
+        # With a bit more than there is room for, so that a place beyond it is one.
+        given = c.keep(len(place) + 1, init=first, name=f"given_{name}")  # to the strings
+        asked = c.keep(len(place) + 1, init=first, name=f"asked_{name}")
         c.assume(~step | Mux(onward, asked < end, asked > 0))
         gap = (asked - given) if way == 0 else (given - asked)
         full = step & ~tick & Mux(dut.direction[way], gap == FORWARD, gap == -BACK)
