@@ -258,7 +258,8 @@ class Machine:
         Gives the `tb.fuzz.FuzzTarget` of its serial line.
     faults : callable, optional
         Returns what makes its builds for fault injection, each a `tb.faults.target.FaultTarget`,
-        by whether they have a guard; None for a machine that can have none.
+        by whether they have a guard: None for a machine that can have none, and then a word for
+        each further build.
     modelled : callable, optional
         Gives what its models of events say of some work, as text: benchmarks run these models.
     netlist : callable, optional

@@ -133,8 +133,9 @@ def _fuzz(name: str) -> Iterator[str]:
     for one in (target, *target.others):
         yield _design(one.design())
         yield from _findings(one)
-    for item in islice(random_inputs(target.protocol, 1, ROWS, target.period), INPUTS):
-        yield _rows({"levels": item.levels})
+    for protocol in dict.fromkeys((target.protocol, *(one.protocol for one in target.others))):
+        for item in islice(random_inputs(protocol, 1, ROWS, target.period), INPUTS):
+            yield _rows({"levels": item.levels})
 
 
 def _findings(target: FuzzTarget) -> Iterator[str]:

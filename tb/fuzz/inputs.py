@@ -20,6 +20,9 @@ LONG = 10_000
 #: Answers that may be owed where lines need not wait for them.
 MOST_OWED = 40
 
+#: Part of the pieces that are sequences, where a machine has some.
+SEQUENCES = 0.06
+
 
 @dataclass(frozen=True)
 class Input:
@@ -76,6 +79,9 @@ class LineProtocol:
         What is sent at last: all of it must be answered, and obeyed.
     spared : bytes
         Bytes that mutations and random bytes are without, as they do something whenever they come.
+    sequence : callable, optional
+        Gives, by chance and of the clocks of a bit, a piece that no line is: several lines, each
+        with the time that it takes, and switches as it wants them meanwhile.
     """
 
     legal: Callable[[random.Random], bytes]
@@ -88,6 +94,7 @@ class LineProtocol:
     begin: bytes
     alive: bytes
     spared: bytes = b""
+    sequence: "Callable[[random.Random, int], Input] | None" = None
 
 
 def random_inputs(protocol: LineProtocol, seed: int, count: int, period: int) -> Iterator[Input]:
@@ -139,6 +146,8 @@ def random_inputs(protocol: LineProtocol, seed: int, count: int, period: int) ->
 
 
 def _random_input(rng: random.Random, protocol: LineProtocol, period: int) -> Input:
+    if protocol.sequence is not None and rng.random() < SEQUENCES:
+        return protocol.sequence(rng, period)
     kind = rng.choices(*zip(*_KINDS.items(), strict=True))[0]
     if kind is _flood:
         return _flood(rng, protocol, period)

@@ -16,12 +16,13 @@ def press_switches(inputs: Iterator[Input], switches: int, seed: int,
                    period: int) -> Iterator[Input]:
     """Press switches while pieces are sent, and let them go where the first and the last are.
 
-    The line is the same as without: what is pressed is drawn by itself.
+    The line is the same as without: what is pressed is drawn by itself. Pieces with switches of
+    their own keep these.
     """
     runs = _runs(random.Random(f"switches {seed}"), switches, FRAME * period)
     level = left = 0
     for item in inputs:
-        if item.kind in ("rest", "alive"):
+        if item.kind in ("rest", "alive") or item.pressed is not None:
             yield item
             continue
         pressed: Levels = np.zeros(len(item.levels), np.uint8)

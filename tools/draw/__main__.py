@@ -60,6 +60,11 @@ examples:
       Let the gateware draw it, and say how far its pen is from the drawing at most, where, and how
       long the machine takes; the picture shows what it has drawn, and that place magnified.
 
+  python -m tools.draw flower.svg --simulate --bowed --string-rate 1500 --png flower.png
+      Let the gateware draw it as the first firmware did, by the commands that --original writes:
+      each string at a constant speed. Says how far lines are bowed, and how far the strings are
+      from what such lines should be. It homes before, which takes most of the time.
+
   python -m tools.draw flower.svg --to /dev/ttyUSB0 --home
       Home the plotter, and draw. Ctrl-C, or p and Return, holds; Return goes on; Ctrl-C again, or
       q and Return, ends with the pen raised.
@@ -74,6 +79,10 @@ SPEEDS = {"feed": (1800.0, "speed with the pen down, mm/min"),
           "rapid": (2400.0, "speed with the pen up, mm/min, for the estimate"),
           "acceleration": (100.0, "acceleration, mm/s^2, for the estimate")}
 """Defaults of options: a pulley's motor does about a thousand half-steps a second."""
+
+STRING_RATE, MOST_STRING_RATE = 400, 4000
+"""Half steps a second: what a machine has by default, and with which the simulation sees an end
+switch open before the next step."""
 
 LONGEST, LARGEST = 1e6, 1e5
 """Of a number that is a speed, and of a length in mm."""
@@ -92,9 +101,10 @@ def main(argv: list[str] | None = None) -> int:
     from .timing import Speeds
     from .wall import Wall
 
+    bowed = _bowed(args)
     wall = Wall(*args.wall, top=args.top, margin=args.margin, rest=args.rest)
     speeds = Speeds(args.feed, args.rapid, args.acceleration, dwell=args.dwell)
-    settings = _simulated_machine(wall, speeds) if args.simulate else None
+    settings = _simulated_machine(wall, speeds, bowed) if args.simulate else None
     with Progress(1, "files", f"reading {args.file.name}"):
         drawing = read_drawing(args.file)
     if notes := drawing.notes():
@@ -143,14 +153,30 @@ def report(facts: dict[str, Any]) -> list[str]:
     ]
 
 
-def _simulated_machine(wall: Any, speeds: Any) -> Any:
+def _bowed(args: argparse.Namespace) -> int:
+    """Return the half steps a second of bowed lines, 0 if they are straight."""
+    if not args.bowed:
+        if args.string_rate is not None:
+            raise UserError("--string-rate is that of --bowed")
+        return 0
+    if not args.simulate:
+        raise UserError("--bowed is how --simulate draws; add it, or build the machine so: "
+                        "python -m tools.build --machine vplotter --bowed")
+    if args.to is not None:
+        raise UserError("--to sends G-code, of which lines are straight: leave out --bowed")
+    if args.dwell:
+        raise UserError("--bowed draws by commands of the first firmware, which have no --dwell")
+    return args.string_rate or STRING_RATE
+
+
+def _simulated_machine(wall: Any, speeds: Any, bowed: int) -> Any:
     """Return the machine that is to be simulated, if it can be: before all that takes long."""
     from tb.engines import choose
 
     from .simulation import settings_of
 
     choose("cxxrtl")  # raises what is to be installed
-    return settings_of(wall, speeds)
+    return settings_of(wall, speeds, bowed)
 
 
 def _simulate(planned: Any, settings: Any, speeds: Any) -> Any:
@@ -158,10 +184,12 @@ def _simulate(planned: Any, settings: Any, speeds: Any) -> Any:
     from fresa_host.errors import MachineError
 
     from ..gcode.sender import FaultShown
-    from .simulated import simulated
+    from . import bowed, simulated
 
     try:
-        return simulated(planned, settings, speeds)
+        if settings.bowed:
+            return bowed.simulated(planned, settings)
+        return simulated.simulated(planned, settings, speeds)
     except (MachineError, FaultShown) as error:
         say(f"simulated: {error}")
         return None
@@ -282,6 +310,12 @@ def _parser() -> argparse.ArgumentParser:
     group.add_argument("--simulate", action="store_true",
                        help="draw on the gateware first, and compare; building the machine takes "
                             "about a minute, once for each wall")
+    group.add_argument("--bowed", action="store_true",
+                       help="with --simulate: draw by the commands of the first firmware, on a "
+                            "machine that is built with --bowed: straight lines are bowed")
+    group.add_argument("--string-rate", metavar="N", type=whole(1, MOST_STRING_RATE),
+                       help="half steps a second of --bowed, and of the homing cycle before it "
+                            f"(default: {STRING_RATE})")
     group.add_argument("--original", metavar="FILE", type=Path,
                        help="write the commands of the first firmware (:I, :F), in whole mm; of "
                             "several pens, a file each: FILE-1, FILE-2")

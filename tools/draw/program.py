@@ -12,7 +12,8 @@ from .curves import Polyline
 from .order import simplified
 from .wall import Part, Wall
 
-__all__ = ["Section", "gcode", "number", "original", "sections", "strokes"]
+__all__ = ["Section", "gcode", "number", "original", "point_command", "sections", "segments",
+           "strokes"]
 
 DECIMALS = 2
 """Of a coordinate in G-code: a hundredth of a millimetre is a quarter of a step."""
@@ -123,17 +124,26 @@ def original(part: Part, wall: Wall) -> str:
         raise UserError(f"--original has four digits for a coordinate: a wall of up to "
                         f"{MOST_ORIGINAL} mm")
     commands = [":P1", ":H"]
-    for line in part.lines:
-        whole = np.round(simplified(line, ORIGINAL_TOLERANCE).view(float)).view(complex)
-        points = [whole[0], *(b for a, b in pairwise(whole) if a != b)]
-        for start, end in pairwise(points if len(points) > 1 else points * 2):
-            commands += [f":I{_digits(start)}", f":F{_digits(end)}"]
-    commands.append(f":I{_digits(wall.resting)}")
+    for start, end in segments(part):
+        commands += [point_command("I", start), point_command("F", end)]
+    commands.append(point_command("I", wall.resting))
     return "\n".join(commands) + "\n"
 
 
-def _digits(place: complex) -> str:
-    return f"{round(place.real):04d}{round(place.imag):04d}"
+def segments(part: Part) -> Iterator[tuple[complex, complex]]:
+    """Yield the straight pieces that commands of the first firmware draw: their ends in whole mm.
+
+    Of a dot both ends are the same.
+    """
+    for line in part.lines:
+        whole = np.round(simplified(line, ORIGINAL_TOLERANCE).view(float)).view(complex)
+        points = [complex(whole[0]), *(complex(b) for a, b in pairwise(whole) if a != b)]
+        yield from pairwise(points if len(points) > 1 else points * 2)
+
+
+def point_command(letter: str, place: complex) -> str:
+    """Return a command of the first firmware, ``I`` or ``F``, for a place."""
+    return f":{letter}{round(place.real):04d}{round(place.imag):04d}"
 
 
 def _words(place: complex, wall: Wall) -> tuple[str, str]:

@@ -104,6 +104,7 @@ class WallSender(Sender):
         self._strings = [MotorString(round(abs(complex(across, y)) * self._per_mm))
                          for across in (x, settings.wall_width - x)]
         self._rows: list[NDArray[np.int32]] = []
+        self._clocks: list[NDArray[np.int64]] = []
         self._limits = 0
         super().__init__(engine, settings, OUTPUTS, limits=0)
 
@@ -118,6 +119,7 @@ class WallSender(Sender):
             changed[0] = False
         if changed.any():
             self._rows.append(found[:, changed])
+            self._clocks.append(clocks[changed])
         limits = sum((string.length < 0) << side for side, string in enumerate(self._strings))
         if limits != self._limits:
             self._limits = limits
@@ -129,18 +131,42 @@ class WallSender(Sender):
         left_mm, right_mm = rows[0] / self._per_mm, rows[1] / self._per_mm
         places = hanging(left_mm, right_mm, self._width)
         torn = np.flatnonzero(left_mm + right_mm < self._width)
-        turns = np.diff(rows[2], prepend=0, append=0)
         left, right = self._strings
         return Drawn(
-            [places[a:b] for a, b in zip(*(np.flatnonzero(turns == turn) for turn in (1, -1)),
-                                         strict=True)],
-            seconds, (left.steps, right.steps),
+            [places[a:b] for a, b in self._touches(rows[2])], seconds, (left.steps, right.steps),
             complex(places[torn[0]]) if len(torn) else None, left.jumps + right.jumps, self.pauses,
             self._settings.clock, self.engine.clock)
 
+    def touching(self) -> list[NDArray[np.int64]]:
+        """Return the clocks of what was drawn, and the lengths of the strings in half steps.
 
-def settings_of(wall: Wall, speeds: Speeds) -> VPlotterSettings:
+        Of each time that the pen has touched a column for each change, and one for its end.
+        """
+        rows = np.concatenate(self._rows, axis=1).astype(np.int64)
+        clocks = np.append(np.concatenate(self._clocks), self.engine.clock)
+        lengths = np.concatenate([rows[:2], rows[:2, -1:]], axis=1)
+        return [np.concatenate([clocks[None, a:b + 1], lengths[:, a:b + 1]])
+                for a, b in self._touches(rows[2])]
+
+    @staticmethod
+    def _touches(pen: NDArray) -> list[tuple[int, int]]:
+        """Return in which rows the pen touches, and from which on it does not."""
+        turns = np.diff(pen, prepend=0, append=0)
+        begins, ends = (np.flatnonzero(turns == turn).tolist() for turn in (1, -1))
+        return list(zip(begins, ends, strict=True))
+
+
+def settings_of(wall: Wall, speeds: Speeds, bowed: int = 0) -> VPlotterSettings:
     """Return the machine for a wall, at the lowest clock at which it can be built.
+
+    Parameters
+    ----------
+    wall : Wall
+        The wall.
+    speeds : Speeds
+        Its speeds.
+    bowed : int
+        Half steps a second of bowed lines and of homing; 0 for a machine whose lines are straight.
 
     Raises
     ------
@@ -159,7 +185,8 @@ def settings_of(wall: Wall, speeds: Speeds) -> VPlotterSettings:
                 clock=clock, baud=clock // BIT, wall_width=width, wall_height=height, least_y=top,
                 rest=(x, y), max_rate=(rate, rate, z.max_rate[2]),
                 acceleration=(change, change, z.acceleration[2]),
-                string_rate=max(1, min(z.string_rate, floor(rate / 60 * z.string_steps))))
+                string_rate=bowed or max(1, min(z.string_rate, floor(rate / 60 * z.string_steps))),
+                bowed=bowed > 0)
             _ = made.bit  # raises it too
         except ValueError as error:
             errors.append(error)

@@ -25,7 +25,7 @@ examples:
       10 000 resets of {first}; no motor may move for one.
 
   python -m tools.faults resets --machine {last}
-      And of {last}.
+      And of each build of {last}, such as the one with bowed lines.
 
   python -m tools.faults upsets
       A million upsets of each build of {first}, without its guard and with it; a minute or two.

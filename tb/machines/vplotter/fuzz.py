@@ -6,14 +6,17 @@ cycle: a motor that has lost a step, or made one too many, does not get there.
 """
 
 import random
+from collections.abc import Callable
+from dataclasses import replace
 
-from fresa.machines.vplotter import VPlotter
+from fresa.machines.vplotter import VPlotter, VPlotterSettings
 from tb import boards
 from tb.fuzz.inputs import LineProtocol
 from tb.fuzz.target import FuzzTarget
 
 from . import SHORT
-from .fuzz_check import BIT, ROOM, check
+from .fuzz_bowed import ANEW, BOWED, sequence
+from .fuzz_check import BIT, ROOM, check, check_bowed
 
 __all__ = ["ANEW", "FUZZ", "HOME"]
 
@@ -35,9 +38,6 @@ ANOTHER = (b":P0", b":p0\n:P1", b"$SLP", b"$C", b"$RST=#", b"$rst=$", b"$J=G91X0
 COMMANDS_WITHIN = (b"?", b"?", b"?", b"!~", b"~", b"\x85", *(
     bytes([code]) for code in (0x90, 0x91, 0x93, 0x94, 0x95, 0x96, *range(0x99, 0x9F))))
 """Real-time commands within lines: none that makes motion much slower."""
-
-ANEW = b"~\x18" + bytes(400) + b"\n$X\n"
-"""A reset, bytes of value 0, which are skipped, for the time in which it brakes; unlocked."""
 
 HOME = b"G90G94G53G0X%dY%dZ0\n" % (SHORT.rest[0] - SHORT.wall_width, SHORT.least_y - SHORT.rest[1])
 """To the place of rest, in coordinates of the machine."""
@@ -98,10 +98,21 @@ PROTOCOL = LineProtocol(
     end=b"\n", letters=b":PHIFSphGMXYZFR0123456789.-+ ()$?", longest=80, room=ROOM, answer=60,
     begin=b"$X\n$21=0\nG0Z20\n", alive=ANEW + HOME + b"\n" * 60, spared=b"\x18!\x84")
 
-FUZZ = FuzzTarget(
-    "vplotter", BIT, PROTOCOL, lambda: boards.component("vplotter", VPlotter(settings=SHORT)),
-    ("tx", "left", "right", "pen", "servo", "moving", "fault"), check, switches=("limits", 2),
-    times=False,
+
+def _target(settings: VPlotterSettings, protocol: LineProtocol, checks: Callable[..., None],
+            *others: FuzzTarget, about: str = "") -> FuzzTarget:
+    return FuzzTarget(
+        "vplotter", BIT, protocol,
+        lambda: boards.component("vplotter", VPlotter(settings=settings)),
+        ("tx", "left", "right", "pen", "servo", "moving", "fault"), checks, switches=("limits", 2),
+        times=False, others=others, about=about)
+
+
+FUZZ = _target(
+    SHORT, PROTOCOL, check,
+    _target(BOWED, replace(PROTOCOL, sequence=sequence), check_bowed),
     about="G-code and commands of the thesis; end switches close at random, which is no alarm, so "
-          "that homing is through at times. Each session ends with a reset in what goes on, and a "
-          "motion to the place of rest, where the strings must be as long as at first.")
+          "that homing is through at times. Every other session is with bowed lines, of which each "
+          "string is at a constant speed to the end point, and end switches and resets end some. "
+          "Each session ends with a reset in what goes on, and a motion to the place of rest, "
+          "where the strings must be as long as at first.")

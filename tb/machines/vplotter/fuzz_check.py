@@ -1,7 +1,7 @@
 """How a session of `vplotter` is checked, by what is seen at its pins."""
 
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,8 +14,9 @@ from tb.fuzz.trajectory import Failure
 from tb.uart import FRAME, Levels, decode, decode_output
 
 from . import SHORT
+from .fuzz_bowed import REST, Bow, bows, ends, without_pen
 
-__all__ = ["BIT", "ROOM", "check"]
+__all__ = ["BIT", "ROOM", "check", "check_bowed"]
 
 BIT = SHORT.bit
 ROOM = 126
@@ -40,12 +41,18 @@ TEXTS = [text.removesuffix(b"\r\n") for text in wall_texts(
 (POWERED, REFUSED, HOME_FIRST, START_FIRST, OFF_THE_WALL, BUSY, EMERGENCY, DAMAGED, COMMANDS, OF_P,
  OF_H, OF_I, OF_F, OF_S) = (TEXTS[number] for number in (4, *range(11, 24)))
 STATE = b"state"
+DRAWS = b"2D"
+"""State of the master and of the motors while a bowed line is drawn."""
 LOST = b"error:11"
 """Answer to a line that is damaged, or had no room."""
 REPLIES = {POWERED, HOME_FIRST, START_FIRST, OFF_THE_WALL, BUSY, EMERGENCY, DAMAGED, COMMANDS,
            OF_P, OF_H, OF_I, OF_F, OF_S, STATE}
 OUTCOMES = {TEXTS[3], TEXTS[5], TEXTS[6], TEXTS[8], REFUSED}
 """What is said of a command without a reply: homed, released, on its way, drawing, refused."""
+OUTCOMES_BOWED = {TEXTS[3], TEXTS[5], TEXTS[6], TEXTS[9], REFUSED}
+"""The same where lines are bowed: one that was being drawn may be refused by then."""
+ENDED_EARLY = rb"ALARM:[16-9]"
+"""Behind it a bowed line that had not begun to be drawn has ended, and its begin is forgotten."""
 
 OF_GRBL = re.compile(
     rb"ok|error:\d+|ALARM:\d+|\[MSG:.*\]|\$\d+=\d+(?:\.\d{3})?|\$N[01]=.*|Grbl 1.1h .*|"
@@ -57,6 +64,8 @@ OF_GRBL = re.compile(
 
 Said = Sequence[tuple[int, bytes]]
 """Lines of the machine, and the clock in which each begins."""
+Steps = tuple[NDArray[np.int64], NDArray[np.int64]]
+"""Clocks of the steps of a string, and which way they go."""
 
 
 @dataclass
@@ -98,6 +107,15 @@ def _lines(received: Iterable[tuple[int, int, bool]]) -> Iterator[_Line]:
 
 def check(findings: Findings, line: Levels, seen: Seen, floods: Floods) -> None:
     """Check a session."""
+    _check(findings, line, seen, bowed=False)
+
+
+def check_bowed(findings: Findings, line: Levels, seen: Seen, floods: Floods) -> None:
+    """Check a session of a build that draws bowed lines."""
+    _check(findings, line, seen, bowed=True)
+
+
+def _check(findings: Findings, line: Levels, seen: Seen, *, bowed: bool) -> None:
     received = [(each.clock, each.byte, each.error) for each in decode(line, BIT)]
     findings.bytes = len(received)
     output = decode_output(seen["tx"], BIT)
@@ -114,16 +132,23 @@ def check(findings: Findings, line: Levels, seen: Seen, floods: Floods) -> None:
     rest = [each for each in received if each[2] or not (each[1] in REALTIME or each[1] >= 0x80)]
     lines = [*_lines(rest)]
     findings.lines = len(lines)
-    findings.failures += _answers(rest, resets, said, seen)
+    steps = {name: _steps(findings, name, seen[name]) for name in ("left", "right")}
+    findings.steps += sum(len(clocks) for clocks, _ in steps.values())
+    drawn = bows(seen, steps, said, LEFT) if bowed else []
+    if bowed:
+        findings.failures += without_pen(seen, said)
+    for bow in drawn:
+        findings.failures += bow.failures(steps, said)
+    findings.failures += _answers(rest, resets, said, seen, drawn if bowed else None)
     if sum(text.startswith(b"<") for _, text in said) > sum(byte == ord("?")
                                                             for _, byte in commands):
         findings.failures.append(Failure(0, "answer", "more reports than were asked for"))
     sets = any(re.search(rb"\$0*21[01]=", each.plain) for each in lines)
     findings.failures += _pen(lines, seen, sets=sets)
-    homed = [each.clock for each in lines if each.plain in (b":H", b"$H")]
-    places = _strings(findings, seen, homed, said)
     # Such a line may turn a motor the other way, or be run at each start.
-    if resets and not any(re.search(rb"\$(?:0*3=|N)", each.plain) for each in lines):
+    turned = any(re.search(rb"\$(?:0*3=|N)", each.plain) for each in lines)
+    places = _strings(findings, seen, lines, said, steps, drawn if bowed else None, turned=turned)
+    if resets and not turned:
         _alive(findings, said, resets[-1], seen, places)
     findings.failures.sort()
 
@@ -136,34 +161,64 @@ def _is_state(text: bytes) -> bool:
     return bool(re.fullmatch(rb"[0-3][0-9A-F]", text))
 
 
-def _strings(findings: Findings, seen: Seen, homed: Sequence[int], said: Said) -> list[int]:
-    """Check the coils; return the steps of each string from where it was at the place of rest."""
+def _strings(findings: Findings, seen: Seen, lines: Sequence[_Line], said: Said,
+             steps: Mapping[str, Steps], drawn: Sequence[Bow] | None, *, turned: bool
+             ) -> list[list[int]]:
+    """Check the steps where nothing moves; return where the strings may be at the end.
+
+    In a build with bowed lines, `drawn`, more than one place is possible behind an alarm, which may
+    have come before or behind a line's end.
+
+    Returns
+    -------
+    list of list of int
+        The steps of each string from where it was at the place of rest.
+    """
     moving = seen["moving"].astype(np.int8)
     edges = np.flatnonzero(np.diff(moving, prepend=0))
-    begins, ends = edges[::2], edges[1::2]
-    stands = [*zip([0, *ends.tolist()], [*begins.tolist(), len(moving)], strict=False)]
-    steps = []
-    for name in ("left", "right"):
-        clocks, turns = _steps(findings, name, seen[name])
-        steps.append((clocks, turns))
-        findings.steps += len(clocks)
-    since = 0  # the clock of the last homing cycle
-    for begin, end in stands:
-        late = [int(np.searchsorted(clocks, end) - np.searchsorted(clocks, begin + SLACK))
-                for clocks, _ in steps]
-        if max(late) > LEFT:
-            since = end
-            if not any(clock < end for clock in homed):
-                findings.failures.append(Failure(begin, "step", "a string is wound, but nothing "
-                                                 f"moves: {late} steps"))
-        if any(begin <= clock < end and re.fullmatch(rb"ALARM:[6-9]", text)
-               for clock, text in said):
-            since = end
-    return [int(turns[np.searchsorted(clocks, since):].sum()) for clocks, turns in steps]
+    begins, stops = edges[::2].tolist(), edges[1::2].tolist()
+    homed = [each.clock for each in lines if each.plain in (b":H", b"$H")]
+    since = [0]  # clocks from which the steps lead to the place: of the last homing cycle
+
+    def place(begin: int, end: int) -> tuple[int, int]:
+        left, right = (int(turns[np.searchsorted(clocks, begin):np.searchsorted(clocks, end)].sum())
+                       for clocks, turns in steps.values())
+        return left, right
+
+    for begin, end in zip([0, *stops], [*begins, len(moving)], strict=False):
+        at = begin + SLACK
+        for bow in [*(bow for bow in drawn or () if begin <= bow.begin < end), None]:
+            upto = end if bow is None else bow.begin
+            late = [int(np.searchsorted(clocks, upto) - np.searchsorted(clocks, at))
+                    for clocks, _ in steps.values()]
+            if max(late) > LEFT:
+                since = [upto]
+                if not any(clock < upto for clock in homed):
+                    findings.failures.append(Failure(begin, "step", "a string is wound, but "
+                                                     f"nothing moves: {late} steps"))
+            if bow is None:
+                continue
+            at = bow.end
+            wanted = ends([(each.clock, each.text) for each in lines if not each.damaged], said,
+                          bow)
+            there = [clock for clock in since if tuple(
+                REST + each for each in place(clock, bow.end)) in wanted]
+            if bow.drawn is False:
+                since = [*there, bow.end]
+            elif bow.drawn and not turned and not there:
+                found = {place(clock, bow.end) for clock in since}
+                findings.failures.append(Failure(
+                    bow.end, "bow", f"a line ends {found} steps from the place of rest, where the "
+                    f"strings have {REST}, and should end with {wanted}"))
+            elif bow.drawn:
+                since = there or since
+        alarmed = ENDED_EARLY if drawn is not None else rb"ALARM:[6-9]"
+        if any(begin <= clock < end and re.fullmatch(alarmed, text) for clock, text in said):
+            since = [end] if drawn is None else [*since, end]
+    return [[*place(clock, len(moving))] for clock in since]
 
 
-def _steps(findings: Findings, name: str, words: NDArray) -> tuple[NDArray[np.int64],
-                                                                 NDArray[np.int64]]:
+def _steps(findings: Findings, name: str, words: NDArray) -> Steps:
     """Check the coil words of a motor; return the clocks of its steps, and which way they go."""
     rows = np.full(16, -1)
     rows[list(HALF_STEP)] = range(8)
@@ -204,8 +259,8 @@ def _pen(lines: Sequence[_Line], seen: Seen, *, sets: bool) -> list[Failure]:
     return []
 
 
-def _answers(received: list[tuple[int, int, bool]], resets: list[int], said: Said, seen: Seen
-             ) -> list[Failure]:
+def _answers(received: list[tuple[int, int, bool]], resets: list[int], said: Said, seen: Seen,
+             drawn: Sequence[Bow] | None) -> list[Failure]:
     """Compare answers and replies with lines, from one reset to the next."""
     for begin, end in zip([0, *resets], [*resets, len(seen["tx"])], strict=True):
         after = [each for each in received if begin < each[0] <= end]
@@ -229,7 +284,7 @@ def _answers(received: list[tuple[int, int, bool]], resets: list[int], said: Sai
         sure = min((clock for clock, text in own if text.startswith(b"ALARM")), default=end)
         failures = _one_each(lines, own) or _replies(
             [line for line in lines if line.clock < sure],
-            [each for each in own if each[0] < sure], sure, again=begin > 0)
+            [each for each in own if each[0] < sure], sure, drawn, again=begin > 0)
         if failures:
             return failures
     return []
@@ -253,7 +308,8 @@ def _one_each(lines: Sequence[_Line], said: Said) -> list[Failure]:
     return []
 
 
-def _replies(lines: Sequence[_Line], said: Said, end: int, *, again: bool) -> list[Failure]:
+def _replies(lines: Sequence[_Line], said: Said, end: int, drawn: Sequence[Bow] | None, *,
+             again: bool) -> list[Failure]:
     """Compare replies with commands, while it is known that all lines had room.
 
     Some commands have a reply only where they are refused. Behind a reset the first reply may be
@@ -261,8 +317,10 @@ def _replies(lines: Sequence[_Line], said: Said, end: int, *, again: bool) -> li
     """
     replies = [(clock, STATE if _is_state(text) else text) for clock, text in said]
     done = [clock for clock, text in replies
-            if _is_answer(text) or text in REPLIES or text in OUTCOMES]
+            if _is_answer(text) or text in REPLIES
+            or text in (OUTCOMES if drawn is None else OUTCOMES_BOWED)]
     replies = [each for each in replies if each[1] in REPLIES]
+    states = [text for _, text in said if _is_state(text) or text in REPLIES]
     places = {0, 1} if again else {0}  # how many replies there may have been
     slept = False
     for number, line in enumerate(lines):
@@ -284,6 +342,12 @@ def _replies(lines: Sequence[_Line], said: Said, end: int, *, again: bool) -> li
                 return [Failure(clock, "answer", f"{line.text!r} is answered {text!r}")]
             late = end - line.clock > 200 * FRAME * BIT and not _slow(lines[:number + 1])
             return [Failure(line.clock, "answer", f"{line.text!r} is not answered")] * late
+        if allowed == {STATE} and len(follow) == 1:
+            at = min(follow) - 1
+            if states[at] != DRAWS and any(bow.begin < line.clock and replies[at][0] < bow.end
+                                           for bow in drawn or ()):
+                return [Failure(line.clock, "answer", f"{line.text!r} is answered {states[at]!r} "
+                                "while a line is drawn")]
         places = follow | places if optional else follow
     if len(replies) not in places:
         clock, text = replies[-1]
@@ -321,7 +385,8 @@ def _slow(lines: Sequence[_Line]) -> bool:
                                   for line in lines)
 
 
-def _alive(findings: Findings, said: Said, reset: int, seen: Seen, places: Sequence[int]) -> None:
+def _alive(findings: Findings, said: Said, reset: int, seen: Seen,
+           places: Sequence[Sequence[int]]) -> None:
     """Look at what follows the last reset: the machine is there, and goes to the place of rest."""
     after = [text for clock, text in said if clock > reset]
     if GREETING not in after or any(text.startswith(b"ALARM") for text in after):
@@ -329,6 +394,7 @@ def _alive(findings: Findings, said: Said, reset: int, seen: Seen, places: Seque
     answers = after[after.index(GREETING):]
     if b"error" in b"".join(answers) or answers.count(b"ok") > 64:
         findings.failures.append(Failure(reset, "answer", f"after a reset it says {answers[:9]}"))
-    if not seen["moving"][-1] and answers.count(b"ok") >= 3 and any(places):
-        findings.failures.append(Failure(len(seen["moving"]) - 1, "place",
-                                         f"strings are {places} steps from where they should be"))
+    if not seen["moving"][-1] and answers.count(b"ok") >= 3 and all(map(any, places)):
+        findings.failures.append(Failure(
+            len(seen["moving"]) - 1, "place",
+            f"strings are {places[0]} steps from where they should be"))
