@@ -7,6 +7,7 @@ from .axis import AXIS
 from .backlash import BACKLASH
 from .backlash_compensator import BACKLASH_COMPENSATOR
 from .block_loader import BLOCK_LOADER
+from .block_motion import BLOCK_MOTION
 from .bowed_line import BOWED_LINE
 from .coil import COIL
 from .contract import Component
@@ -129,6 +130,7 @@ GENERAL = {
     "rotator": ROTATOR,
     "walk": WALK,
     "block_loader": BLOCK_LOADER,
+    "block_motion": BLOCK_MOTION,
     "overrides": OVERRIDES,
     "gcode_homing": GCODE_HOMING,
     "bowed_line": BOWED_LINE,
