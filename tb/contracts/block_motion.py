@@ -51,10 +51,9 @@ def describe(c: Contract, dut: BlockMotion) -> None:
     for path in ("profile", "loader", "walk", "nominal"):
         c.invariant(f"flush-resets-{path}", "A flush resets it, and nothing else does but a reset.",
                     c.signal(f"{path}.begins") == anew, cover=c.past(dut.flush))
-    c.invariant("flush-empties-the-queue", "It empties the queue in the same clock.",
-                queue.flush == dut.flush, cover=dut.flush)
-    c.invariant("flush-loads-the-walk", "A clock later the walk, which rests, has its position.",
-                (walk.load == c.past(dut.flush & ~c.rst)) & ~(walk.load & walk.busy)
+    c.invariant("flush", "It empties the queue, and a clock later the walk, which rests, has its "
+                "position.", (queue.flush == dut.flush) & (walk.load == c.past(dut.flush & ~c.rst))
+                & ~(walk.load & walk.busy)
                 & (Value.cast(walk.position) == Value.cast(dut.position)), cover=walk.load)
 
     faults = Cat(part.fault for part in (profile, loader, walk))
@@ -79,7 +78,7 @@ def _blocks(c: Contract, dut: BlockMotion, queue: Any, loader: Any, anew: Bits) 
     begins = queue.take & (words == WORDS)
     c.m.d.sync += [waiting.eq(waiting + (accepted & queue.write.p.last) - begins),
                    words.eq(Mux(begins, 0, words + given))]
-    with c.m.If(dropped):
+    with c.m.If(c.rst | queue.flush):
         c.m.d.sync += [waiting.eq(0), words.eq(0)]
     offered = Value.cast(queue.blocks.payload)
     c.assume(~accepted | (waiting < depth))
@@ -229,16 +228,16 @@ def _segments(c: Contract, dut: BlockMotion, loader: Any, walk: Any, anew: Bits)
 def _steps(c: Contract, dut: BlockMotion, walk: Any) -> None:
     """State which steps leave."""
     step, direction = dut.step, dut.direction
-    c.invariant("steps", "Each step of the walk leaves a clock later, and no other, unless all is "
-                "dropped.", step == c.past(Mux(c.rst | dut.flush, 0, walk.step)), cover=step)
+    profile = c.part("profile")
+    c.invariant("steps", "Each tick of the profile is one of the walk, and each step of that leaves "
+                "a clock later, and no other, unless all is dropped.",
+                (walk.tick == profile.tick) & (walk.last == profile.last)
+                & (step == c.past(Mux(c.rst | dut.flush, 0, walk.step))), cover=step)
     c.invariant("directions", "So does its direction.",
                 direction == c.past(Mux(c.rst, 0, walk.direction)), cover=step & direction)
     c.assume(~c.signal("walk.begins") | ~walk.busy & ~walk.step.any())
     c.implication("no-step-after-a-flush", "A clock after a flush, and in the next, there is none.",
                   when=c.past(dut.flush) | c.past(c.past(dut.flush)), then=~step.any())
-    c.invariant("ticks", "Each tick of the profile is one of the walk, in its clock.",
-                (walk.tick == c.part("profile").tick) & (walk.last == c.part("profile").last),
-                cover=walk.tick & walk.last)
 
 
 def _rest(c: Contract, dut: BlockMotion, parts: list) -> None:
