@@ -229,8 +229,8 @@ def _steps(c: Contract, dut: BlockMotion, walk: Any) -> None:
     """State which steps leave."""
     step, direction = dut.step, dut.direction
     profile = c.part("profile")
-    c.invariant("steps", "Each tick of the profile is one of the walk, and each step of that leaves "
-                "a clock later, and no other, unless all is dropped.",
+    c.invariant("steps", "Each tick of the profile is one of the walk, and each step of that "
+                "leaves a clock later, and no other, unless all is dropped.",
                 (walk.tick == profile.tick) & (walk.last == profile.last)
                 & (step == c.past(Mux(c.rst | dut.flush, 0, walk.step))), cover=step)
     c.invariant("directions", "So does its direction.",

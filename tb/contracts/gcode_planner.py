@@ -7,7 +7,7 @@ anything, and a table takes any time. So nothing is stated of numbers: of which 
 a block has its value, and by which formulas, is for the models to say with which benches compare
 every word of a block. Stated is what goes on, when, how often and in which order.
 
-The first case has procedures of a few rows, at the places of the real ones, for covers and mutants;
+The first case has procedures of a few rows, in the order of the real ones, for covers and mutants;
 the other has all rows.
 """
 
@@ -42,6 +42,9 @@ ADDRESSES = 20
 SETTINGS, TABLES = 43, 24
 """How many there are."""
 
+SOON = 12
+"""Clocks in which covers are reached that wait for something."""
+
 BLOCKS = {
     Kind.RAPID: (0, 1), Kind.LINE: (0, 1), Kind.PROBE: (0, 1), Kind.JOG: (0, 1), Kind.ARC: (0, 2),
     Kind.CHECK_ARC: (0, 0), Kind.CHECK_JOG: (0, 0), Kind.OFFSETS: (0, 0), Kind.DWELL: (1, 1),
@@ -72,9 +75,16 @@ def describe(c: Contract, dut: GCodePlanner) -> None:
     c.assume(~c.past(actions.valid & ~actions.ready & ~c.rst)
              | actions.valid & (payload == c.past(payload)))
     c.assume(~actions.valid | (actions.p.kind.as_value() <= Kind.PROBE.value))
-    c.restrict_covers(~c.rst & (~c.past(1) | (payload == c.past(payload))))
-
     computes, ends = c.keep(1, name="computes"), c.free(1, name="table_ends")
+    # One request, and nothing is waited for, or anything while there are few clocks.
+    soon, clocks = c.free(1, name="soon"), c.keep(range(SOON + 2), name="clocks")
+    c.m.d.sync += clocks.eq(Mux(clocks <= SOON, clocks + 1, clocks))
+    requests = Cat(soon, payload, actions.valid, dut.configure, dut.begin, dut.report,
+                   Value.cast(dut.homing.kind), dut.homing.axis, dut.soft, dut.inches)
+    numbers = Cat(dut.operand, dut.setting, *dut.steps, dut.spindle_speed, dut.speed,
+                  dut.homing.distance, dut.homing.feed, dut.homing.steps, dut.homing.thousandths)
+    c.restrict_covers(~c.rst & dut.room & (numbers == 0) & (formulas.word <= 1) & (~c.past(1) | (requests == c.past(requests))) & Mux(
+        soon, words.ready & positions.ready & ends & ~dut.shown_read, clocks <= SOON))
     c.m.d.sync += computes.eq((formulas.start | (computes & ~ends)) & ~c.rst)
     c.assume(formulas.busy == computes)
     c.assume(formulas.done == c.past(computes & ends & ~c.rst))
@@ -152,7 +162,7 @@ class _Procedures:
             ~state("KEEP") | (row.do == do.KEEP), ~state("ACT") | ~(runs | (row.do == do.KEEP)),
             ~state("DECIDE") | decides, ~state("BEYOND") | (row.do == do.GUARD)).all(),
             cover=state("DECIDE"), lemma=True)
-        slots = {name: place // 8 for name, place in _places().items()}
+        slots = gcode_planner._SLOTS
         of_action = {
             **{each: ["LINE"] for each in (Kind.RAPID, Kind.LINE, Kind.PROBE)},
             **{each: [each.name] for each in (Kind.ARC, Kind.CHECK_ARC, Kind.DWELL, Kind.JOG,
@@ -183,23 +193,19 @@ class _Procedures:
         return (self.under == ACTION) & Cat(self.doing == each.value for each in kinds).any()
 
 
-def _places() -> dict[str, int]:
-    """Return where each procedure begins."""
-    return {name: slot * gcode_planner.SLOT for name, slot in gcode_planner._SLOTS.items()}
-
-
 def _known(dut: Any) -> list[Mapping[str, int]]:
     """Return for each row what is known of it."""
     known: list[Mapping[str, int]] = []
     do = gcode_planner._Do
     for name, rows in dut.procedures.items():
-        first = _places()[name]
+        slot = gcode_planner._SLOTS[name]
+        first = slot * dut.slot
         known += [{}] * (first - len(known))
         commits = headed = positions = 0
         for index in range(len(rows)):
             row = dut.rows[first + index]
             known.append({
-                "row": gcode_planner.ROW.const(row).as_value().value, "procedure": first // 8,
+                "row": gcode_planner.ROW.const(row).as_value().value, "procedure": slot,
                 "some": 1, "index": index, "commits": commits, "headed": headed,
                 "positions": positions})
             if row["do"] in (do.STORE, do.PUT, do.HEADER):
@@ -395,8 +401,8 @@ def _headers(c: Contract, dut: GCodePlanner, state, at: _Procedures, commits: Bi
         c.m.d.sync += last.eq(0)
     c.implication("second-stops", "Outputs stop the motion if the last block was one of outputs.",
                   when=state("LOOK-UP") & at.does(Kind.SPINDLE, Kind.COOLANT),
-                  then=at.procedure == Mux(last, _places()["STOPPED_EVENT"] // 8,
-                                           _places()["EVENT"] // 8))
+                  then=at.procedure == Mux(last, gcode_planner._SLOTS["STOPPED_EVENT"],
+                                           gcode_planner._SLOTS["EVENT"]))
     c.invariant("outputs-last", "It is known whether that was so.",
                 Mux((at.under != NONE) & (commits != 0),
                     last == (kind == BlockKind.OUTPUTS.value), 1)
@@ -412,6 +418,7 @@ def _headers(c: Contract, dut: GCodePlanner, state, at: _Procedures, commits: Bi
 def _registers(c: Contract, dut: GCodePlanner, state, at: _Procedures, formulas: Any) -> None:
     """State how the formulas are used, and where values come from."""
     row, value, do = at.present, c.signal("value"), gcode_planner._Do
+    bits = len(formulas.address)
     c.implication("one-table-at-a-time", "A table begins while none is computed, and is one.",
                   when=formulas.start, then=~formulas.busy & (formulas.table < TABLES))
     c.implication("not-while-it-computes", "No register is written meanwhile.",
@@ -420,8 +427,8 @@ def _registers(c: Contract, dut: GCodePlanner, state, at: _Procedures, formulas:
     c.implication("read-in-time", "A register is read when it has come: two clocks after its "
                   "number, while nothing was computed or written.",
                   when=state("WORD") & row.word,
-                  then=c.past(quiet) & c.past(c.past(quiet & (formulas.address == row.source[:7])))
-                  & quiet)
+                  then=quiet & c.past(quiet)
+                  & c.past(c.past(quiet & (formulas.address == row.source[:bits]))))
     takes = c.past(state("WORD") & row.word & ~c.rst)
     c.implication("value-of-a-register", "Then it is the value of the row.", when=takes,
                   then=value == c.past(formulas.word))
@@ -441,7 +448,7 @@ def _registers(c: Contract, dut: GCodePlanner, state, at: _Procedures, formulas:
                   then=dut.setting_address < SETTINGS)
     c.implication("writes-its-value", "What is written to a register is the value, once.",
                   when=formulas.write, then=(formulas.value == value) & state("ACT")
-                  & (formulas.address == row.destination[:7]) & ~c.past(formulas.write))
+                  & (formulas.address == row.destination[:bits]) & ~c.past(formulas.write))
     c.implication("feed-of-a-rapid", "The feed of a rapid is the highest number.",
                   when=c.past(state("WORD") & feeds & ~c.rst), then=value == (1 << 36) - 1)
     c.implication("travel-with-soft-limits", "The travel is looked at with soft limits only.",
@@ -464,7 +471,8 @@ def _kept(c: Contract, dut: GCodePlanner, state, at: _Procedures) -> None:
     for name, kept, when in (
             ("settings", settings, configures),
             ("switch", dut.switch, (at.under == HOME) & (at.home == HomingRequest.PLACE.value)),
-            ("verdict", dut.verdict, configures | at.does(Kind.CHECK_ARC, Kind.CHECK_JOG))):
+            ("verdict", dut.verdict, configures | at.does(
+                Kind.ARC, Kind.CHECK_ARC, Kind.CHECK_JOG))):
         changed = Value.cast(kept) != c.past(Value.cast(kept))
         c.implication(f"{name}-stay", "They are as they were, but while they are asked for.",
                       when=known & c.past(known) & changed, then=c.past(when))
@@ -505,10 +513,10 @@ FEW = {
     "EVENT": _BLOCK, "STOPPED_EVENT": _BLOCK,
     "ORIGIN": (_Row(_Do.LOAD, 60, 4), _keep("ORIGIN_X")),
     "CHECK_ARC": (_Row(_Do.CENTRE_U, 0, 4), _Row(_Do.RUN_RADIUS, 3), _keep("VERDICT")),
-    "ARC": (*_GUARDED, *_BLOCK, _Row(_Do.SKIP, 4), *_BLOCK),
+    "ARC": (*_BLOCK, *_BLOCK),
     "JOG": (_keep("PROGRAMMED"), _Row(_Do.HEADER, 0, 0), _Row(_Do.STORE, 3, 1),
             _Row(_Do.STORE, 3, 3), _STORE),
-    "CHECK_JOG": (_Row(_Do.ZERO, 0, 9), _Row(_Do.RUN_SOFT, 1), _keep("VERDICT")),
+    "CHECK_JOG": (_Row(_Do.RUN_SOFT, 1), _keep("VERDICT")),
     "CONFIGURE": (_Row(_Do.SETTING, 42, 6), _keep("STEPS_X")),
     **{f"HOME_{axis}": (_Row(_Do.SKIP, 4), *_BLOCK) for axis in "XYZ"},
     "HOME_PLACE": (_Row(_Do.INPUT, 0, 9, "steps"), _keep("SWITCH")), "HOME_WAIT": _BLOCK}
@@ -521,12 +529,13 @@ class _Control(GCodePlanner):
     def __init__(self, *, few: bool, **parameters) -> None:
         super().__init__(**parameters)
         self.procedures = FEW if few else gcode_planner._PROCEDURES
+        self.slot = 2 if few else gcode_planner.SLOT
         self.rows = []
 
     def elaborate(self, platform) -> Module:
         real = gcode_planner.gcode_formulas
         with (patch.dict(vars(gcode_planner), {
-                "_PROCEDURES": self.procedures,
+                "_PROCEDURES": self.procedures, "SLOT": self.slot,
                 "gcode_formulas": lambda *values, **parameters: Unknown(
                     real(*values, **parameters))})):
             self.rows = gcode_planner._rows()
@@ -539,5 +548,5 @@ def make(*, few: bool = False, **parameters) -> GCodePlanner:
 
 
 GCODE_PLANNER = Component(
-    make=make, describe=describe, depth=34,
+    make=make, describe=describe, depth=37,
     cases=(Case({"few": True}), Case(real=True), Case({"few": True}, upset=True)))
