@@ -45,6 +45,9 @@ SETTINGS, TABLES = 43, 24
 SOON = 12
 """Clocks in which covers are reached that wait for something."""
 
+LATE = 26
+"""Clocks in which covers are reached, but those of the longest procedures."""
+
 BLOCKS = {
     Kind.RAPID: (0, 1), Kind.LINE: (0, 1), Kind.PROBE: (0, 1), Kind.JOG: (0, 1), Kind.ARC: (0, 2),
     Kind.CHECK_ARC: (0, 0), Kind.CHECK_JOG: (0, 0), Kind.OFFSETS: (0, 0), Kind.DWELL: (1, 1),
@@ -72,28 +75,39 @@ def describe(c: Contract, dut: GCodePlanner) -> None:
         return
     c.assume(~formulas.fault)
     payload = Value.cast(actions.payload)
-    c.assume(~c.past(actions.valid & ~actions.ready & ~c.rst)
-             | actions.valid & (payload == c.past(payload)))
     c.assume(~actions.valid | (actions.p.kind.as_value() <= Kind.PROBE.value))
     computes, ends = c.keep(1, name="computes"), c.free(1, name="table_ends")
-    # One request, and nothing is waited for, or anything while there are few clocks.
-    soon, clocks = c.free(1, name="soon"), c.keep(range(SOON + 2), name="clocks")
-    c.m.d.sync += clocks.eq(Mux(clocks <= SOON, clocks + 1, clocks))
-    requests = Cat(soon, payload, actions.valid, dut.configure, dut.begin, dut.report,
-                   Value.cast(dut.homing.kind), dut.homing.axis, dut.soft, dut.inches)
-    numbers = Cat(dut.operand, dut.setting, *dut.steps, dut.spindle_speed, dut.speed,
-                  dut.homing.distance, dut.homing.feed, dut.homing.steps, dut.homing.thousandths)
-    c.restrict_covers(~c.rst & dut.room & (numbers == 0) & (formulas.word <= 1) & (~c.past(1) | (requests == c.past(requests))) & Mux(
-        soon, words.ready & positions.ready & ends & ~dut.shown_read, clocks <= SOON))
+    _restrict(c, dut, formulas, ends)
     c.m.d.sync += computes.eq((formulas.start | (computes & ~ends)) & ~c.rst)
     c.assume(formulas.busy == computes)
     c.assume(formulas.done == c.past(computes & ends & ~c.rst))
     at = _Procedures(c, dut, state)
+    # An action stays from when it is seen at rest until it is taken.
+    c.assume(~((at.under == ACTION) | (at.begins & (at.asked == ACTION)))
+             | actions.valid & (payload == c.past(payload)))
     _answers(c, dut, state, at, answers)
     _time(c, dut, state, at, formulas)
     _blocks(c, dut, state, at, answers)
     _registers(c, dut, state, at, formulas)
     _kept(c, dut, state, at)
+
+
+def _restrict(c: Contract, dut: GCodePlanner, formulas: Any, ends: Bits) -> None:
+    """Let covers have one request, and wait for nothing, or for anything while it is early."""
+    actions, homing = dut.actions, dut.homing
+    soon, clocks = c.free(1, name="soon"), c.keep(range(LATE + 2), name="clocks")
+    c.m.d.sync += clocks.eq(Mux(clocks <= LATE, clocks + 1, clocks))
+    requests = Cat(soon, Value.cast(actions.payload), actions.valid, dut.configure, dut.begin,
+                   dut.report, Value.cast(homing.kind), homing.axis, dut.soft, dut.inches)
+    numbers = Cat(dut.operand, dut.setting, *dut.steps, dut.spindle_speed, dut.speed,
+                  homing.distance, homing.feed, homing.steps, homing.thousandths)
+    longest = ~dut.configure & (dut.begin | ~dut.report & (Value.cast(homing.kind) == 0)
+                                & (actions.p.kind == Kind.ARC))
+    stays = ~c.past(1) | (requests == c.past(requests))
+    waits = Mux(soon, dut.words.ready & dut.positions.ready & ends & ~dut.shown_read,
+                clocks <= SOON)
+    c.restrict_covers(~c.rst & dut.room & (numbers == 0) & (formulas.word <= 1) & stays & waits
+                      & (longest | (clocks <= LATE)))
 
 
 class _Procedures:
@@ -227,16 +241,18 @@ def _answers(c: Contract, dut: GCodePlanner, state, at: _Procedures, answers: Bi
                 cover=answers.any())
     c.implication("rests-after-an-answer", "With that it is over.",
                   when=c.past(answers.any() & ~c.rst), then=state("IDLE") & ~answers.any())
-    c.implication("actions-with-room", "An action begins while it is there, with two places in "
-                  "the queue.", when=at.begins & (at.asked == ACTION),
-                  then=c.past(dut.actions.valid & dut.room) & dut.actions.valid)
+    c.implication("actions-with-room", "An action begins with two places in the queue.",
+                  when=state("LOOK-UP") & (at.under == ACTION),
+                  then=c.past(c.past(dut.actions.valid & dut.room)))
     c.implication("takes-its-action", "What is taken is the action that was done.",
                   when=dut.actions.ready,
                   then=dut.actions.valid & (dut.actions.p.kind.as_value() == at.doing))
+    kind = dut.actions.p.kind.as_value()
     c.invariant("action-stays", "It is there until it is taken.",
-                (at.under != ACTION) & (at.asked != ACTION) | dut.actions.valid
-                & (Mux(at.under == ACTION, at.doing, c.past(dut.actions.p.kind.as_value()))
-                   == dut.actions.p.kind.as_value()), cover=at.under == ACTION, lemma=True)
+                (at.under != ACTION) | (kind == at.doing), cover=at.under == ACTION, lemma=True)
+    c.invariant("seen", "It was there with two places when it was seen.",
+                (at.asked != ACTION) | c.past(dut.actions.valid & dut.room),
+                cover=at.asked == ACTION, lemma=True)
     c.invariant("origin", "The origin may have changed when it has begun, or with offsets.",
                 dut.origin_changed == (answers[BEGIN] | (answers[ACTION]
                                                          & at.does(Kind.OFFSETS))),
