@@ -7,6 +7,7 @@ from .axis import AXIS
 from .backlash import BACKLASH
 from .backlash_compensator import BACKLASH_COMPENSATOR
 from .block_loader import BLOCK_LOADER
+from .block_motion import BLOCK_MOTION
 from .bowed_line import BOWED_LINE
 from .coil import COIL
 from .contract import Component
@@ -27,6 +28,7 @@ from .gcode_homing import GCODE_HOMING
 from .gcode_interpreter import GCODE_INTERPRETER
 from .gcode_line import GCODE_LINE
 from .gcode_lister import GCODE_LISTER
+from .gcode_planner import GCODE_PLANNER
 from .gcode_probing import GCODE_PROBING
 from .gcode_reader import GCODE_READER
 from .gcode_reporter import GCODE_REPORTER
@@ -129,7 +131,9 @@ GENERAL = {
     "rotator": ROTATOR,
     "walk": WALK,
     "block_loader": BLOCK_LOADER,
+    "block_motion": BLOCK_MOTION,
     "overrides": OVERRIDES,
+    "gcode_planner": GCODE_PLANNER,
     "gcode_homing": GCODE_HOMING,
     "bowed_line": BOWED_LINE,
     "string_homing": STRING_HOMING,

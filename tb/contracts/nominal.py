@@ -37,23 +37,26 @@ def describe(c: Contract, dut: NominalSpeed) -> None:
     hundredth, fastest = (c.keep(dut.word_bits, name=name) for name in ("hundredth", "fastest"))
     runs_hundredth, runs_fastest = (
         c.keep(dut.word_bits, name=name) for name in ("hundredth_that_runs", "fastest_that_runs"))
-    loaded, runs = c.keep(1, name="loaded"), c.keep(1, name="runs")
+    was_loaded, runs = c.keep(1, name="loaded"), c.keep(1, name="runs")
     kind = c.keep(OverrideKind, name="override_that_runs")
     c.assume(~dut.load[0] | (dut.word[bits:] == 0))
-    c.assume(~loaded | c.past(dut.load[1]) | (Value.cast(dut.override)
-                                              == c.past(Value.cast(dut.override))))
+    # Of a block that is no motion the override changes without a start.
+    override = Value.cast(dut.override)
+    loaded = was_loaded & (c.past(dut.load[1]) | (override == c.past(override)))
     c.assume(~dut.take | (dut.ready & loaded))
     limited_first = c.keep(1, name="limited_first")
     c.assume(~dut.load[1] | limited_first)
+    c.m.d.sync += was_loaded.eq(loaded)
     with c.m.If(dut.load[0]):
-        c.m.d.sync += [fastest.eq(dut.word), limited_first.eq(1), loaded.eq(0)]
+        c.m.d.sync += [fastest.eq(dut.word), limited_first.eq(1), was_loaded.eq(0)]
     with c.m.If(dut.load[1]):
-        c.m.d.sync += [hundredth.eq(dut.word), loaded.eq(1)]
+        c.m.d.sync += [hundredth.eq(dut.word), was_loaded.eq(1)]
     with c.m.If(dut.take):
         c.m.d.sync += [runs_hundredth.eq(hundredth), runs_fastest.eq(fastest),
-                       kind.eq(dut.override), runs.eq(1), loaded.eq(0), limited_first.eq(0)]
+                       kind.eq(dut.override), runs.eq(1), was_loaded.eq(0),
+                       limited_first.eq(0)]
     with c.m.If(c.rst):
-        c.m.d.sync += [loaded.eq(0), runs.eq(0), limited_first.eq(0)]
+        c.m.d.sync += [was_loaded.eq(0), runs.eq(0), limited_first.eq(0)]
     mine: Bits = Mux(of_running, Value.cast(kind), Value.cast(dut.override))
     percent = Mux(mine == OverrideKind.RAPID, dut.rapid,
                   Mux(mine == OverrideKind.NONE, 100, dut.feed))
@@ -116,6 +119,8 @@ def describe(c: Contract, dut: NominalSpeed) -> None:
         c.m.d.sync += following.eq(squares)
     c.implication("next-is-known", "The next is ready when it was squared after it was loaded.",
                   when=dut.ready & loaded, then=c.signal("following") == following)
+    c.implication("ready-stays", "It stays ready until another is loaded.",
+                  when=known & c.past(dut.ready & ~dut.load[1]), then=dut.ready)
     c.implication("next-is-shown", "It is shown from the clock after it was taken.",
                   when=known & c.past(dut.take), then=dut.nominal == c.past(following))
     c.implication("nothing-else", "Nothing else changes what is shown.",

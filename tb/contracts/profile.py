@@ -165,6 +165,11 @@ def _plan(c: Contract, dut: SpeedProfile, state, square: Bits, brake: Bits, chan
                   lemma=True)
     c.implication("multiplies-a-block", "That is offered.", when=c.signal("multiplying"),
                   then=dut.blocks.valid, lemma=True)
+    c.implication("takes-what-is-offered", "A block is taken only while it is offered.",
+                  when=dut.blocks.ready, then=dut.blocks.valid)
+    c.implication("taken-is-offered", "What was multiplied is offered until then.",
+                  when=c.past(c.signal("takes") & ~c.signal("more") & ~c.rst),
+                  then=dut.blocks.valid, lemma=True)
     c.implication("began-at-rest", "And whether it was where the granule begins.",
                   when=state("SCALE", "SEARCH", *PLANS, "SUM"),
                   then=c.signal("from_rest") == (present == 0), lemma=True)

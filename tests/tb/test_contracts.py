@@ -63,7 +63,12 @@ WHOLE_MACHINE = {
                  "nearer-or-slower", "no-faster-than-its-level", "within-targets"]},
     "a block of a path is run once, as it was written, and no faster than it can be left": {
         "plan": ["counted", "as-written", "take-after-words", "never-overflows", "possible",
-                 "planned", "exit-possible", "exit-never-falls", "exit-follows", "bounded"]},
+                 "planned", "exit-possible", "exit-never-falls", "exit-follows", "bounded"],
+        "block_motion": ["written", "read", "taken-once", "planned-once", "walked-once", "steps",
+                         "idle-waits-for-nothing"]},
+    "what a line of G-code asks for is planned once, and nothing of what leaves the travel": {
+        "gcode_planner": ["answers", "rows-end", "procedures-end", "number-of-blocks",
+                          "never-more", "headers", "beyond-before-a-block", "guards"]},
     "an order that comes over a line is done once, in sequence, and of a good line": {
         "order_ledger": ["offered-in-sequence", "accepts-next-only", "damaged-ignored",
                          "repeat-ignored", "answers-every-request", "answers-only-requests",
