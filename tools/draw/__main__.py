@@ -216,7 +216,8 @@ def _files(planned: Any, facts: dict[str, Any], lines: list[str], args: argparse
         with Progress(1, "pictures", "drawing the wall"):
             about = [line for line in lines if not line.startswith("pen ")]  # drawn anyway
             files[args.png] = encode(draw_wall(
-                planned.parts, planned.wall, args.file.name, about,
+                planned.parts if done is None else done.pictured(planned.parts), planned.wall,
+                args.file.name, about,
                 *(() if done is None else (done.done, done.worst))))
     if args.json is not None:
         files[args.json] = (json.dumps(facts, indent=2) + "\n").encode()

@@ -23,12 +23,14 @@ from .plan import Plan
 from .program import point_command, segments
 from .simulated import Simulated
 from .simulation import Drawn, WallSender, build, limit, string_steps
+from .wall import Part
 
 __all__ = ["ALLOWED_STEPS", "BowedSender", "Bows", "bow_steps", "compared", "simulated"]
 
-ALLOWED_STEPS = 1.6
-"""Half steps from the ideal bow: half of one at an end that is rounded, half of one until a step
-is made, half of one until the motor with more steps makes its own, and what ticks are rounded."""
+ALLOWED_STEPS = 1.75
+"""Half steps from the ideal bow, at most: half of one as an end is rounded, half of one until a
+step is due, half of one as that waits for a step of the other motor, and a quarter by ticks: half
+of one, an eighth of a step, in each coordinate of an end, and up to one in the wall's width."""
 
 
 class BowedSender(WallSender):
@@ -64,6 +66,11 @@ class Bows(Simulated):
         """Whether each line was drawn, as the bow that it should be."""
         return (self.drawn.sound and self.comparison.asked == self.comparison.drawn
                 and self.steps <= ALLOWED_STEPS)
+
+    def pictured(self, parts: Sequence[Part]) -> list[Part]:
+        """Return the parts with the straight lines of the commands."""
+        return [part._replace(lines=lines)
+                for part, lines in zip(parts, self.asked, strict=True)]
 
     def facts(self) -> dict[str, Any]:
         """Return the figures, for JSON."""

@@ -1,6 +1,6 @@
 """A drawing that was simulated: whether it is what was asked for, in figures and in words."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import islice
 from typing import Any
@@ -17,6 +17,7 @@ from .plan import Plan
 from .program import strokes
 from .simulation import Drawn, WallSender, build, limit, simulate, string_steps
 from .timing import Speeds
+from .wall import Part
 
 __all__ = ["Simulated", "compared", "simulated"]
 
@@ -56,6 +57,10 @@ class Simulated:
     def worst(self) -> tuple[complex, float]:
         """Where it was farthest off, and how far, in mm."""
         return self.comparison.where, self.comparison.worst
+
+    def pictured(self, parts: Sequence[Part]) -> list[Part]:
+        """Return what a picture shows as asked for, of the parts of the drawing."""
+        return [*parts]
 
     def facts(self) -> dict[str, Any]:
         """Return the figures, for JSON."""

@@ -146,7 +146,7 @@ def test_what_is_said_and_written(pretended, capsys):
 
 
 @pytest.mark.parametrize(("change", "message"), [
-    ({"late": 2000}, "half steps off the bow; 1.6 are what rounding explains"),
+    ({"late": 2000}, "half steps off the bow; 1.75 are what rounding explains"),
     ({"lost": 1}, "3 lines were drawn, not 4")])
 def test_what_is_wrong_is_said(pretended, capsys, change, message):
     pretended.update(change)
