@@ -114,6 +114,11 @@ _20K = Board(
         "single": Allotment(
             header={"coils": "28 25 29 30", "enable": "31"},
             panel={"buttons": "reset", "leds": "moving fault enable", "rx": "rx", "tx": "tx"}),
+        "vplotter": Allotment(
+            header={"left": "73 74 77 27", "right": "28 25 29 30", "limits": "72 71",
+                    "stop": "41", "door": "42", "pen": "48", "servo": "31"},
+            panel={"buttons": "hold start", "leds": "moving alarm fault", "rx": "rx", "tx": "tx"},
+            constant={"abort": 0}),
     },
     title="Tang Nano 20K, Gowin GW2AR-18C",
     source="Sipeed's constraint files (github.com/sipeed/TangNano-20K-example) and three carrier "

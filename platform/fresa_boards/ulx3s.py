@@ -89,6 +89,12 @@ _ALLOTMENTS = {
         header={"coils": "GN21 GP21 GN22 GP22", "enable": "GN23"},
         panel={"buttons": "reset", "leds": "coils - moving fault enable",
                "rx": "rx", "tx": "tx"}),
+    "vplotter": Allotment(
+        header={"left": "GN21 GP21 GN22 GP22", "right": "GN23 GP23 GN24 GP24",
+                "limits": "GN27 GP27", "stop": "GN20", "door": "GP20", "motor_fault": "GP26",
+                "pen": "GN25", "servo": "GP25"},
+        panel={"buttons": "hold start abort - - - - - - reset", "leds": "moving - alarm fault",
+               "rx": "rx", "tx": "tx"}),
 }
 
 BOARDS = tuple(Board(
