@@ -143,3 +143,16 @@ def test_levels_at_the_pins_that_are_changed_are_found(session, name):
     change(seen)
     found = {failure.kind for failure in FUZZ.check(seen["rx"], seen).failures}
     assert kind in found if kind else not found
+
+
+@pytest.mark.compiler
+@pytest.mark.long
+@pytest.mark.parametrize("end", [b"\n", b"\r", pytest.param(b"\r\n", marks=pytest.mark.xfail(
+    strict=True, reason="the reset that wakes it comes between both bytes, and the second one is "
+                        "an empty line then, answered ok"))])
+def test_a_wake_up_has_no_answer_beside_its_text(end):
+    text = b":P0\n:P1" + end
+    sent = [Input("rest", b"", high(10_000)), Input("bytes", text, levels(text, BIT)),
+            Input("rest", b"", high(200 * FRAME * BIT))]
+    with CXXRTLEngine(FUZZ.design()) as engine:
+        assert run_session(FUZZ, engine, sent).findings.failures == []
