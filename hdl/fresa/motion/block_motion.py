@@ -72,7 +72,7 @@ class BlockMotion(wiring.Component):
     starved : Out(1)
         The speed was cut to 0 since no block followed. For one clock; it is never expected.
     fault : Out(1)
-        A part has a fault. Stays until reset.
+        A part has a fault. Stays until reset, or a flush.
 
     Raises
     ------

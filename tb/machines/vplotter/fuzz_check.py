@@ -70,12 +70,16 @@ Steps = tuple[NDArray[np.int64], NDArray[np.int64]]
 
 @dataclass
 class _Line:
-    """A line of the host: when its end came, its text, and whether bytes of it were damaged."""
+    """A line of the host: when its end came, its text, and whether bytes of it were damaged.
+
+    Where its end is CR and LF, `feed` is when the LF came, and `clock` is of the CR.
+    """
 
     clock: int
     text: bytes
     damaged: bool
     size: int
+    feed: int | None = None
 
     @property
     def command(self) -> bool:
@@ -90,16 +94,18 @@ class _Line:
 
 def _lines(received: Iterable[tuple[int, int, bool]]) -> Iterator[_Line]:
     """Split bytes into lines, without real-time commands."""
-    text, size, damaged, after_cr = bytearray(), 0, False, False
+    text, size, damaged, after = bytearray(), 0, False, None
     for clock, byte, error in received:
         ends = byte in b"\r\n"
-        if ends and after_cr and byte == ord("\n") and not error:
-            after_cr = False
+        if after is not None and byte == ord("\n") and not error:
+            after.feed, after = clock, None
             continue
-        after_cr = ends and byte == ord("\r")
+        after = None
         size, damaged = size + 1, damaged or error
         if ends:
-            yield _Line(clock, bytes(text), damaged, size)
+            line = _Line(clock, bytes(text), damaged, size)
+            yield line
+            after = line if byte == ord("\r") else None
             text, size, damaged = bytearray(), 0, False
         elif not damaged:  # what follows a damaged byte is dropped
             text.append(byte)
@@ -293,10 +299,12 @@ def _answers(received: list[tuple[int, int, bool]], resets: list[int], said: Sai
 def _one_each(lines: Sequence[_Line], said: Said) -> list[Failure]:
     """Check that each answer is behind a line of G-code of its own.
 
-    A command that had no room is an empty line that is damaged.
+    A command that had no room is an empty line that is damaged. The LF behind a command that ends
+    a sleep comes after the reset, and is an empty line.
     """
-    every = [line.clock for line in lines]
-    code = [line.clock for line in lines if not line.command]
+    feeds = [line.feed for line in lines if line.feed is not None and line.text.upper() == b":P1"]
+    every = sorted([line.clock for line in lines] + feeds)
+    code = sorted([line.clock for line in lines if not line.command] + feeds)
     count, own = 0, 0
     for clock, text in said:
         if not _is_answer(text):
