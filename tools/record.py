@@ -12,7 +12,6 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
@@ -27,15 +26,7 @@ from tb.registry import components, fuzz_targets
 from tb.vhdl import REFERENCES
 
 from . import fingerprints
-from .console import (
-    Parser,
-    UserError,
-    command,
-    say,
-    whole,
-    write_atomically,
-    write_files_atomically,
-)
+from .console import Parser, UserError, command, say, write_atomically, write_files_atomically
 from .record_page import dump, page, summary
 
 __all__ = ["Part", "main", "parts"]
@@ -234,9 +225,6 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--check", action="store_true",
                         help="say which parts are not of what is here, and stop")
     parser.add_argument("--list", action="store_true", help="say what is run, and stop")
-    parser.add_argument("--jobs", metavar="N", type=whole(1, 64), default=1,
-                        help="commands at a time, of which many use all cores (default: "
-                             "%(default)s)")
     parser.add_argument("-o", "--output", metavar="FOLDER", type=Path,
                         help="where to write the record (default: docs, with --quick "
                              "build/record-quick)")
@@ -259,7 +247,7 @@ def main(argv: list[str] | None = None) -> int:
     if args.output is not None and not output.is_dir():
         raise UserError(f"cannot write to {output}: there is no such folder")
     chosen = [part for part in every.values() if part.name not in args.leave_out]
-    facts = run(chosen, work, again=args.parts, quick=args.quick, jobs=args.jobs,
+    facts = run(chosen, work, again=args.parts, quick=args.quick,
                 written={} if args.quick else _read(ROOT / "docs" / "verification.json"))
     if facts is None:
         return 1
@@ -275,7 +263,7 @@ def main(argv: list[str] | None = None) -> int:
 
 
 def run(chosen: Iterable[Part], work: Path, *, again: Sequence[str] = (), quick: bool = False,
-        written: Mapping = MappingProxyType({}), jobs: int = 1) -> dict | None:
+        written: Mapping = MappingProxyType({})) -> dict | None:
     """Run what is not there yet; give the facts of the record, or None if a command found fault.
 
     Parameters
@@ -291,101 +279,70 @@ def run(chosen: Iterable[Part], work: Path, *, again: Sequence[str] = (), quick:
     written : mapping
         A record. A part of it that is of what is here is taken from it, if it was never run here;
         the versions of both are then named.
-    jobs : int
-        Commands at a time. Of more than one each says what it has to say at its end.
     """
     chosen = list(chosen)
     now = fingerprints.take(name for part in chosen for name in part.depends())
     record: dict = {"cores": os.cpu_count(), "parts": {}}
     failed = []
     elsewhere = False  # a part is taken from the record
-
-    def make(part: Part) -> tuple[Mapping | None, bool]:
+    for part in chosen:
         of = {name: now[name] for name in part.depends()}
-        return _find(part, of, work, again=part.name in again, quick=quick, written=written,
-                     together=jobs > 1)
-
-    with ThreadPoolExecutor(jobs) as pool:
-        try:
-            for part, (found, taken) in zip(chosen, pool.map(make, chosen), strict=True):
-                elsewhere |= taken
-                if found is None:
-                    failed.append(part.name)
-                else:
-                    record["parts"][part.name] = found
-        except BaseException:
-            pool.shutdown(cancel_futures=True)
-            raise
+        folder = work / part.name
+        words = part.arguments(folder.relative_to(ROOT) if folder.is_relative_to(ROOT) else folder,
+                               quick=quick)
+        key = hashlib.sha256(json.dumps([words, versions(), of]).encode()).hexdigest()
+        found = None
+        if part.name not in again:
+            if folder.exists():
+                found = _kept(folder / KEPT, key)
+            if found is None and (part.single or not folder.exists()):
+                found = _written(written, part, _spelt(words), of)
+                elsewhere |= found is not None
+        if found is None:
+            holds = {} if part.name in again else _components(written, part, _spelt(words), of)
+            chosen_words = [*words, *(_component(name) for name in of
+                                      if holds and _component(name) not in holds)]
+            say(f"\n== {_spelt(chosen_words)}")
+            before = _read(folder / BEGUN)
+            if part.name in again or before.get("key") != key:
+                # What a command had done of another gateware, or is to do again, is of no use.
+                if part.name in again or not part.remembers:
+                    shutil.rmtree(folder, ignore_errors=True)
+                before = {"resumed": any(folder.glob("*"))}
+            folder.mkdir(parents=True, exist_ok=True)
+            (folder / KEPT).unlink(missing_ok=True)
+            resumed = before.get("resumed", False)
+            begun = time.monotonic() - before.get("seconds", 0)
+            try:
+                done = subprocess.run([sys.executable, "-m", *chosen_words], cwd=ROOT,
+                                      check=False)
+            finally:  # also if it was interrupted: some commands go on where they were
+                seconds = time.monotonic() - begun
+                write_atomically(folder / BEGUN, json.dumps(
+                    {"key": key, "seconds": seconds, "resumed": resumed}).encode())
+            if done.returncode not in (0, 1):
+                raise UserError(f"{words[0]} could not be carried out; the record is not written")
+            if done.returncode:
+                (folder / BEGUN).unlink()
+                failed.append(part.name)
+                continue
+            figures = json.loads((folder / part.figures).read_text(encoding="utf-8"))
+            facts = summary(part.name, figures)
+            if holds:
+                elsewhere = resumed = True
+                every = {name: (holds | facts["components"])[name] for name in map(_component, of)}
+                facts = {**facts, "sentences": _sentences(every), "components": every}
+            found = {"key": key, "seconds": round(seconds, 1), "resumed": resumed, "facts": facts}
+            write_atomically(folder / KEPT, json.dumps(found).encode())
+        record["parts"][part.name] = {
+            "command": _spelt(words), "seconds": found["seconds"],
+            "resumed": found["resumed"], "of": of, "facts": found["facts"],
+            **({"about": part.about} if part.about else {})}
     if failed:
         say(f"\nNOT in order: {', '.join(failed)}; the record is not written")
         return None
     taken = written.get("versions", ()) if elsewhere else ()
     return record | {"versions": tuple(dict.fromkeys([*versions(), *taken]))}
-
-
-def _find(part: Part, of: Mapping[str, str], work: Path, *, again: bool, quick: bool,
-          written: Mapping, together: bool) -> tuple[Mapping | None, bool]:
-    """Find what the record has of a part, and run its command if that is not there.
-
-    Returns
-    -------
-    tuple
-        That, None if the command found fault; and whether it is of another record.
-    """
-    folder = work / part.name
-    words = part.arguments(folder.relative_to(ROOT) if folder.is_relative_to(ROOT) else folder,
-                           quick=quick)
-    key = hashlib.sha256(json.dumps([words, versions(), of]).encode()).hexdigest()
-    found, elsewhere = None, False
-    if not again:
-        if folder.exists():
-            found = _kept(folder / KEPT, key)
-        if found is None and (part.single or not folder.exists()):
-            found = _written(written, part, _spelt(words), of)
-            elsewhere = found is not None
-    if found is None:
-        holds = {} if again else _components(written, part, _spelt(words), of)
-        chosen_words = [*words, *(_component(name) for name in of
-                                  if holds and _component(name) not in holds)]
-        if not together:
-            say(f"\n== {_spelt(chosen_words)}")
-        before = _read(folder / BEGUN)
-        if again or before.get("key") != key:
-            # What a command had done of another gateware, or is to do again, is of no use.
-            if again or not part.remembers:
-                shutil.rmtree(folder, ignore_errors=True)
-            before = {"resumed": any(folder.glob("*"))}
-        folder.mkdir(parents=True, exist_ok=True)
-        (folder / KEPT).unlink(missing_ok=True)
-        resumed = before.get("resumed", False)
-        begun = time.monotonic() - before.get("seconds", 0)
-        try:
-            done = subprocess.run(
-                [sys.executable, "-m", *chosen_words], cwd=ROOT, check=False, text=True,
-                **({"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT} if together else {}))
-        finally:  # also if it was interrupted: some commands go on where they were
-            seconds = time.monotonic() - begun
-            write_atomically(folder / BEGUN, json.dumps(
-                {"key": key, "seconds": seconds, "resumed": resumed}).encode())
-        if together:
-            say(f"\n== {_spelt(chosen_words)}, {seconds:.0f} s\n{done.stdout.rstrip()}")
-        if done.returncode not in (0, 1):
-            raise UserError(f"{words[0]} could not be carried out; the record is not written")
-        if done.returncode:
-            (folder / BEGUN).unlink()
-            return None, elsewhere
-        figures = json.loads((folder / part.figures).read_text(encoding="utf-8"))
-        facts = summary(part.name, figures)
-        if holds:
-            elsewhere = resumed = True
-            every = {name: (holds | facts["components"])[name] for name in map(_component, of)}
-            facts = {**facts, "sentences": _sentences(every), "components": every}
-        found = {"key": key, "seconds": round(seconds, 1), "resumed": resumed, "facts": facts}
-        write_atomically(folder / KEPT, json.dumps(found).encode())
-    return {
-        "command": _spelt(words), "seconds": found["seconds"], "resumed": found["resumed"],
-        "of": of, "facts": found["facts"],
-        **({"about": part.about} if part.about else {})}, elsewhere
 
 
 def _written(record: Mapping, part: Part, command: str, of: Mapping) -> Mapping | None:
