@@ -1,11 +1,14 @@
 """Fixtures of more than one room."""
 
+import gc
 import os
+import warnings
 from contextlib import suppress
 from pathlib import Path
 
 import platformdirs
 import pytest
+from amaranth.hdl import UnusedElaboratable
 from hypothesis import HealthCheck, settings
 
 from fresa_boards.flow import installed
@@ -63,6 +66,15 @@ def pytest_terminal_summary(terminalreporter):
     if NO_COMPILER is not None and left_out:
         terminalreporter.write_line(
             f"no C++ compiler: {left_out} tests left out; pip install -e '.[fast]'")
+
+
+@pytest.fixture
+def unused():
+    """Collect machines that were made for their roles alone while their warning is ignored."""
+    yield
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UnusedElaboratable)
+        gc.collect()
 
 
 @pytest.fixture(scope="module")

@@ -19,7 +19,7 @@ HOME_S = 900.0
 """Seconds that a homing cycle may take: it winds metres of string, slowly."""
 
 #: What it says while a command goes on; others of its texts end it.
-GOES_ON = ("Going to the start point.", "Drawing.", "[")
+GOES_ON = ("Homing motor ", "Going to the ", "Drawing.", "[")
 
 
 class VPlotterSession(GCodeSession):

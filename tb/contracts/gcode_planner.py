@@ -3,8 +3,8 @@
 """Contract of the planner of G-code: procedures that end, and blocks that are whole.
 
 The formulas are an unknown which keeps what their contract proves: what is in registers may be
-anything, and a table takes any time. So nothing is stated of numbers: of which register a word of
-a block has its value, and by which formulas, is for the models to say with which benches compare
+anything, and a table takes any time. So nothing is stated of what formulas compute, nor by which
+of them a word of a block has its value: that is for the models to say with which benches compare
 every word of a block. Stated is what goes on, when, how often and in which order.
 
 The first case has procedures of a few rows, in the order of the real ones, for covers and mutants;
@@ -156,7 +156,7 @@ def _time(c: Contract, dut: PlannerControl, state, at: Procedures, formulas: Any
                 "but those in which a word or a position is not taken, a number is not kept while "
                 "another is read, or a table of formulas is not through.",
                 ~goes_on | (of_row <= ROW_CLOCKS + 1), cover=of_row == ROW_CLOCKS)
-    c.invariant("procedures-end", "A procedure has so many rows at most, and ends.",
+    c.invariant("procedures-end", "A procedure has at most 82 rows, that of an arc, and ends.",
                 ~goes_on | (rows <= most), cover=rows == 2)
     clocks = {"LOOK-UP": 0, "ROW": 1, "ADDRESS": 2, "READ": 3, "WORD": 4, "KEEP": 5, "ACT": 5,
               "DECIDE": 6, "COMPUTE": 3}
@@ -213,8 +213,8 @@ def _blocks(c: Contract, dut: PlannerControl, state, at: Procedures, answers: Bi
                                             (HomingRequest.WAIT, 1, 1))),
                *((at.does(kind), fewest, most) for kind, (fewest, most) in BLOCKS.items())]
     ended = state("END", "TELL")
-    c.invariant("number-of-blocks", "What is answered has committed its blocks, and an action two "
-                "at most.", ~answers.any() | Cat(
+    c.invariant("number-of-blocks", "A request that is answered has committed as many blocks as "
+                "its kind has, and an action two at most.", ~answers.any() | Cat(
                     ~which | between(fewest, most) for which, fewest, most in numbers).all(),
                 cover=answers.any() & (commits == 2))
     c.implication("never-more", "Nor has it more before that: there is room for all of them.",

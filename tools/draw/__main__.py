@@ -114,7 +114,7 @@ def main(argv: list[str] | None = None) -> int:
         scale=1.0 if args.own_size else None, at=args.at, effort=args.effort,
         vpype=_uses_vpype(args.sort), progress=Progress)
     facts = {"file": str(args.file), **planned.facts(speeds)}
-    lines, done = report(facts), None
+    lines, done = report(facts, estimate=not bowed), None  # bowed lines have a speed of their own
     if settings is not None:
         done = _simulate(planned, settings, speeds)
         if done is None:
@@ -132,8 +132,8 @@ def main(argv: list[str] | None = None) -> int:
     return _send(planned, args) if args.to is not None else 0
 
 
-def report(facts: dict[str, Any]) -> list[str]:
-    """Describe a drawing in a few lines, of its facts."""
+def report(facts: dict[str, Any], *, estimate: bool = True) -> list[str]:
+    """Describe a drawing in a few lines, of its facts, with an estimate of its time or without."""
     where = facts["drawing_mm"]
     pens = facts["pens"]
     before, after = facts["up_as_in_file_mm"], facts["up_mm"]
@@ -147,9 +147,9 @@ def report(facts: dict[str, Any]) -> list[str]:
         f"({facts['sorted_by']})",
         *(f"pen {number}: {pen['name']}, {_count(pen['lines'], 'line')}, "
           f"{_metres(pen['down_mm'])}" for number, pen in enumerate(pens, 1) if len(pens) > 1),
-        f"about {duration(facts['seconds'])}, {duration(facts['seconds_down'])} of it with the pen "
-        "down: an estimate of speed along the path"
-        + (", without the changes of pens" if len(pens) > 1 else ""),
+        *[f"about {duration(facts['seconds'])}, {duration(facts['seconds_down'])} of it with the "
+          "pen down: an estimate of speed along the path"
+          + (", without the changes of pens" if len(pens) > 1 else "")][:estimate],
     ]
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fresa.machines.vplotter import VPlotterSettings
-from fresa_host.vplotter import HOME_S, VPlotterSession
+from fresa_host.vplotter import VPlotterSession
 from tb.engines import Engine
 
 from ..console import FIRST_TIME, Progress
@@ -83,6 +83,9 @@ class Bows(Simulated):
                 f"simulated: at most {self.steps:.2f} half steps of a string off the bows that "
                 "strings at constant speed draw"]
 
+    def _where(self) -> str:
+        return f"piece {self.comparison.line} of {self.comparison.asked}"
+
     def _off(self) -> str:
         return f"bowed by at most {self.comparison.worst:.3f} mm"
 
@@ -133,15 +136,18 @@ def _simulate(plan: Plan, sender: BowedSender, progress: Callable[[int], None]
               ) -> tuple[Drawn, list[NDArray[np.int64]]]:
     session = sender.session
     sender.do(session.open())
-    sender.do(session.ask("$H", HOME_S), progress)
-    begin = sender.seconds
+    sender.do(session.order(":P1", "Motors powered."))
+    sender.do(session.order(":H", "Homed."), progress)
+    begin, before = sender.seconds, sender.steps
     for part in plan.parts:
         for start, end in segments(part):
             sender.do(session.order(point_command("I", start), "At the start point."), progress)
             sender.do(session.order(point_command("F", end), "Line drawn."), progress)
         sender.do(session.order(point_command("I", plan.wall.resting), "At the start point."),
                   progress)
-    return sender.drawn(sender.finish(progress) - begin), sender.touching()
+    drawn = sender.drawn(sender.finish(progress) - begin)
+    left, right = (each - own for each, own in zip(drawn.steps, before, strict=True))
+    return replace(drawn, steps=(left, right)), sender.touching()
 
 
 def compared(plan: Plan, settings: VPlotterSettings, drawn: Drawn,

@@ -88,11 +88,14 @@ class Simulated:
         drawn, found = self.drawn, self.comparison
         return [
             *(f"WRONG: {text}" for text in self._wrong()),
-            f"simulated: {self._off()}, at {found.where.real:.1f},{found.where.imag:.1f} in line "
-            f"{found.line}",
+            f"simulated: {self._off()}, at {found.where.real:.1f},{found.where.imag:.1f} in "
+            f"{self._where()}",
             f"simulated: {duration(drawn.seconds)} on the machine; steps of the strings: left "
             f"{drawn.steps[0]}, right {drawn.steps[1]}",
         ]
+
+    def _where(self) -> str:
+        return f"line {self.comparison.line}"
 
     def _off(self) -> str:
         return f"at most {self.comparison.worst:.3f} mm off the drawing"

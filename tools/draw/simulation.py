@@ -125,6 +125,12 @@ class WallSender(Sender):
             self._limits = limits
             self.engine.set(limits=limits)
 
+    @property
+    def steps(self) -> tuple[int, int]:
+        """Steps of the left and of the right string so far."""
+        left, right = self._strings
+        return left.steps, right.steps
+
     def drawn(self, seconds: float) -> Drawn:
         """Return what was drawn so far, given what it has taken."""
         rows = np.concatenate(self._rows, axis=1)
@@ -133,7 +139,7 @@ class WallSender(Sender):
         torn = np.flatnonzero(left_mm + right_mm < self._width)
         left, right = self._strings
         return Drawn(
-            [places[a:b] for a, b in self._touches(rows[2])], seconds, (left.steps, right.steps),
+            [places[a:b] for a, b in self._touches(rows[2])], seconds, self.steps,
             complex(places[torn[0]]) if len(torn) else None, left.jumps + right.jumps, self.pauses,
             self._settings.clock, self.engine.clock)
 

@@ -39,7 +39,7 @@ EPILOG = """\
 machines:
 {machines}
 
-Other inputs that can be switched:
+Other inputs that can be switched, on a board as far as they have a pin, and its reset:
 {contacts}
 
 Options of the machine are as for python -m tools.build:  python -m tools.serve single --help  shows
@@ -110,7 +110,7 @@ def main(argv: list[str] | None = None) -> int:
         try:
             served = served.on(BOARDS[args.board])
         except ValueError as error:
-            raise UserError(f"{error}: choose another --board, or none") from error
+            raise UserError(f"{error}: leave out --board, or choose another") from error
     if args.tcp is not None:
         check_port(args.tcp)
     engine, period = build(served, args.engine)

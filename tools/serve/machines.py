@@ -66,11 +66,11 @@ class Served:
         Raises
         ------
         ValueError
-            If the board has no pins for the machine, or it is served on one of its own.
+            If the board has no pins for the machine, or that is always served on one.
         """
         board.allotment(self.machine.name)
         if self.how.design:
-            raise ValueError(f"{self.machine.name} is served on a Nexys 2 alone")
+            raise ValueError(f"{self.machine.name} is always served on a Nexys 2")
         return replace(self, board=board, values=self.machine.values_on(board.name, self.values))
 
     @property

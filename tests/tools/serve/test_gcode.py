@@ -51,6 +51,7 @@ def test_inputs_that_can_be_typed_are_inputs_of_the_machine():
 
 @pytest.mark.parametrize("name", [name for name, board in BOARDS.items()
                                   if "gcode" in board.allotments])
+@pytest.mark.usefixtures("unused")
 def test_on_a_board_these_are_those_that_have_a_pin(name):
     parser = argparse.ArgumentParser()
     servable()["gcode"].add_options(parser.add_argument_group())
@@ -66,7 +67,8 @@ def test_on_a_board_these_are_those_that_have_a_pin(name):
 
 
 @pytest.mark.parametrize(("machine", "board", "why"), [
-    ("mill", "icepi-zero", "on a Nexys 2 alone"), ("vplotter", "icebreaker", "has no pins")])
+    ("mill", "icepi-zero", "always served on a Nexys 2"),
+    ("vplotter", "icebreaker", "has no pins")])
 def test_where_it_cannot_be_it_says_so(machine, board, why):
     with pytest.raises(ValueError, match=why):
         servable()[machine].on(BOARDS[board])
