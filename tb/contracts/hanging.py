@@ -21,7 +21,7 @@ def describe(c: Contract, dut: Hanging) -> None:
     known, was_fresh = c.past(1), c.past(begins, init=1)
     most = (1 << len(dut.below)) - 1
     works = left.busy | right.busy
-    waiting, lost = [], []
+    waiting, kept, lost = [], [], []
     for way, (name, place, first, end) in enumerate((
             ("across", dut.across, left.first[0], dut.width),
             ("below", dut.below, left.first[1], most))):
@@ -46,8 +46,9 @@ def describe(c: Contract, dut: Hanging) -> None:
                 c.m.d.sync += asked.eq(asked + Mux(onward, 1, -1))
             with c.m.Elif(full):
                 c.m.d.sync += fault.eq(1)
-        pending = c.part(f"pending_{'up' if way else 'across'}").pending
+        pending: Bits = c.part(f"pending_{'up' if way else 'across'}").pending
         waiting.append(asked != given)
+        kept.append(pending)
         lost.append(fault)
 
         c.invariant(f"{name}-waits-or-is-made", "A tick that was requested was given to the "
@@ -88,7 +89,7 @@ def describe(c: Contract, dut: Hanging) -> None:
                   & Cat(length == string.first_length for length, string in zip(
                       dut.lengths, dut.strings, strict=True)).all())
     c.implication("drops", "What waits is forgotten with `drop`.", when=c.past(drops),
-                  then=~Cat(waiting).any())
+                  then=~Cat(kept).any())
     if len(dut.below) <= MULTIPLIED:
         for side in ("left", "right"):
             c.keeps(side, STRING_LENGTH, reset=c.rst)
