@@ -333,6 +333,7 @@ class TestCodes:
         assert name == "inner.some_state"
         assert state.codes == {"REST": 0, "WORK": 1, "FAULT": 2}
 
+    @pytest.mark.long
     def test_all_of_the_mill_are_found(self):
         design = elaborate(MILL.make)
         paths = {name for name, _ in state_machines(Fragment.get(design.top, None))}

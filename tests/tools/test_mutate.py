@@ -109,6 +109,7 @@ class TestReport:
         assert figures["good"] and not figures["survivors"] and figures["versions"]["z3"]
         assert "100.00 % of 3 killed" in capsys.readouterr().out
 
+    @pytest.mark.long
     def test_too_few_killed_is_status_1(self, known, capsys):
         found = known(coil=findings(*[KILLED] * 98, SURVIVOR, SURVIVOR))
         assert mutate.main(found) == 1
