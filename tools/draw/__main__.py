@@ -139,7 +139,7 @@ def report(facts: dict[str, Any], *, estimate: bool = True) -> list[str]:
     before, after = facts["up_as_in_file_mm"], facts["up_mm"]
     change = f", {1 - after / before:.0%} less" if after < before else ""
     twice = f"; {_count(facts['twice'], 'line')} drawn once, not twice" if facts["twice"] else ""
-    return [
+    lines = [
         f"{where['width']:.1f} x {where['height']:.1f} mm on the wall, from "
         f"{where['left']:.1f},{where['top']:.1f} on; {where['scale']:.4g} times its own size",
         f"{_count(facts['lines'], 'line')}, {_metres(facts['down_mm'])} with the pen down{twice}",
@@ -147,10 +147,13 @@ def report(facts: dict[str, Any], *, estimate: bool = True) -> list[str]:
         f"({facts['sorted_by']})",
         *(f"pen {number}: {pen['name']}, {_count(pen['lines'], 'line')}, "
           f"{_metres(pen['down_mm'])}" for number, pen in enumerate(pens, 1) if len(pens) > 1),
-        *[f"about {duration(facts['seconds'])}, {duration(facts['seconds_down'])} of it with the "
-          "pen down: an estimate of speed along the path"
-          + (", without the changes of pens" if len(pens) > 1 else "")][:estimate],
     ]
+    if estimate:
+        lines.append(
+            f"about {duration(facts['seconds'])}, {duration(facts['seconds_down'])} of it with the "
+            "pen down: an estimate of speed along the path"
+            + (", without the changes of pens" if len(pens) > 1 else ""))
+    return lines
 
 
 def _bowed(args: argparse.Namespace) -> int:

@@ -22,7 +22,7 @@ from .curves import Polyline
 from .plan import Plan
 from .program import point_command, segments
 from .simulated import Simulated
-from .simulation import Drawn, WallSender, build, limit, string_steps
+from .simulation import Drawn, WallSender, bounded, build, limit, string_steps
 from .wall import Part
 
 __all__ = ["ALLOWED_STEPS", "BowedSender", "Bows", "bow_steps", "compared", "simulated"]
@@ -120,15 +120,8 @@ def simulated(plan: Plan, settings: VPlotterSettings) -> Bows:
     homing = round(5 * left + 3 * right)  # one is paid out where the other one is wound
     total = homing + string_steps(plan, settings)
     with engine, Progress(total, "steps", "homing and drawing") as progress:
-        rest = total
-
-        def advance(made: int) -> None:
-            nonlocal rest
-            made = min(made, rest)  # the number is an estimate
-            rest -= made
-            progress.advance(made)
-
-        drawn, rows = _simulate(plan, BowedSender(engine, settings), advance)
+        drawn, rows = _simulate(plan, BowedSender(engine, settings),
+                                bounded(progress.advance, total))
     return compared(plan, settings, drawn, rows)
 
 

@@ -15,7 +15,7 @@ from .compare import Comparison, compare, joined
 from .curves import Polyline
 from .plan import Plan
 from .program import strokes
-from .simulation import Drawn, WallSender, build, limit, simulate, string_steps
+from .simulation import Drawn, WallSender, bounded, build, limit, simulate, string_steps
 from .timing import Speeds
 from .wall import Part
 
@@ -140,15 +140,8 @@ def simulated(plan: Plan, settings: VPlotterSettings, speeds: Speeds,
         engine = build(settings)
     total = max(1, string_steps(plan, settings))
     with engine, Progress(total, "steps", "drawing") as progress:
-        left = total
-
-        def advance(made: int) -> None:
-            nonlocal left
-            made = min(made, left)  # the number is an estimate
-            left -= made
-            progress.advance(made)
-
-        drawn = simulate(plan, WallSender(engine, settings, width), speeds, advance)
+        drawn = simulate(plan, WallSender(engine, settings, width), speeds,
+                         bounded(progress.advance, total))
     return compared(plan, settings, speeds, drawn)
 
 

@@ -29,7 +29,8 @@ from .strings import MotorString, step_mm
 from .timing import Speeds
 from .wall import Wall
 
-__all__ = ["Drawn", "WallSender", "build", "limit", "settings_of", "simulate", "string_steps"]
+__all__ = ["Drawn", "WallSender", "bounded", "build", "limit", "settings_of", "simulate",
+           "string_steps"]
 
 CLOCKS = (2_500_000, 5_000_000, 10_000_000, 20_000_000)
 """In Hz. The first is used at which the machine can be built."""
@@ -257,6 +258,19 @@ def simulate(plan: Plan, sender: WallSender, speeds: Speeds,
     begin = sender.seconds
     sender.do(sender.session.stream(program(lines)), progress)
     return sender.drawn(sender.finish(progress) - begin)
+
+
+def bounded(advance: Callable[[int], None], most: int) -> Callable[[int], None]:
+    """Return what advances a bar by steps, no farther than to an estimate of all of them."""
+    left = most
+
+    def limited(made: int) -> None:
+        nonlocal left
+        made = min(made, left)
+        left -= made
+        advance(made)
+
+    return limited
 
 
 def string_steps(plan: Plan, settings: VPlotterSettings) -> int:
