@@ -418,11 +418,12 @@ class TestBenches:
         with pytest.raises(CheckFailed):
             run_bench(wrong, mutable.netlist(mutable.mutants), [0])
 
-    # The bench of a guard is its controller's, and that of the interpreter runs it with its parts,
-    # which its contract leaves unknown; the others have a contract alone.
+    # The bench of a guard is its controller's; those of the interpreter, the planner and the motion
+    # of blocks run them with their parts, which their contracts leave unknown; the others have a
+    # contract alone.
     @pytest.mark.parametrize("name", [name for name in components() if name not in (
-        "guard", "serial_orders", "search", "stop", "gcode_interpreter", "arithmetic_unit",
-        "formulas")])
+        "guard", "serial_orders", "search", "stop", "gcode_interpreter", "gcode_planner",
+        "block_motion", "arithmetic_unit", "formulas")])
     def test_every_component_has_one(self, name):
         assert bench_of(kind_of(components()[name])) is not None
 

@@ -110,17 +110,22 @@ class TestMachinesOnALine:
         for name, machine in machines().items() if machine.faults and machine.fuzz
         and None in machine.faults()])
     def test_resets_and_flips(self, name, tmp_path, capsys):
-        status, (machine,) = run_json(tmp_path / "it.json", "resets", "--machine", name,
-                                    "--resets", 200, "--jobs", 1)
-        assert (status, machine["machine"], machine["wrong"]) == (0, name, [])
-        coarse = name == "vplotter"  # its strings are
-        assert machine["resets"] == 200 and machine["steps"] > (500 if coarse else 1000)
+        builds = [f"{name}-{kind}" if kind else name for kind in machines()[name].faults()]
+        status, found = run_json(tmp_path / "it.json", "resets", "--machine", name,
+                                 "--resets", 200, "--jobs", 1)
+        assert status == 0 and [machine["machine"] for machine in found] == builds
+        for machine in found:
+            assert (machine["resets"], machine["wrong"]) == (200, [])
+            coarse = name == "vplotter"  # its strings are
+            assert machine["steps"] > (500 if coarse else 1000)
         right = "every coil word legal" if name in ("single", "vplotter") else "every pulse whole"
-        assert f"{right}, none moved" in capsys.readouterr().out
-        status, (machine,) = run_json(tmp_path / "it.json", "flips", "--machine", name,
-                                    "--flips", 300, "--jobs", 1)
-        assert (status, machine["machine"], machine["flips"]) == (0, name, 300)
-        assert machine["harmless"] > 200 and machine["visible"] and machine["silent"]
+        assert capsys.readouterr().out.count(f"{right}, none moved") == len(builds)
+        status, found = run_json(tmp_path / "it.json", "flips", "--machine", name,
+                                 "--flips", 300, "--jobs", 1)
+        assert status == 0 and [machine["machine"] for machine in found] == builds
+        for machine in found:
+            assert machine["flips"] == 300
+            assert machine["harmless"] > 200 and machine["visible"] and machine["silent"]
 
 
 class TestCommand:
