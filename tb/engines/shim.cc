@@ -13,6 +13,9 @@
 #ifdef VCD
 #include <cxxrtl/cxxrtl_vcd.h>
 #endif
+#if !defined(PASSES) || defined(VCD)
+#define WHOLE // there is all of `eval`
+#endif
 
 namespace {
 
@@ -88,12 +91,14 @@ struct Engine {
 	}
 #endif
 
+#ifdef WHOLE
 	// Until no flip-flop, memory or loop changes any more: then the outputs are right as well.
 	void step() {
 		do
 			design.DESIGN::eval();
 		while (design.DESIGN::commit());
 	}
+#endif
 
 	void settle() {
 #ifdef PASSES
@@ -120,6 +125,7 @@ struct Engine {
 			return;
 		}
 #endif
+#ifdef WHOLE
 		settle();
 		sample();
 		design.CLK.set<bool>(true);
@@ -129,6 +135,7 @@ struct Engine {
 		step();
 		wake();
 		settled = true;
+#endif
 	}
 
 	// Makes a clock, or a stretch of them in which these outputs stay as they are up to the last.
