@@ -207,11 +207,15 @@ def _has_all(shim: str, logic: _Logic) -> bool:
 
 
 def _lean(code: str, logic: _Logic) -> str:
-    """Have a design that only makes clocks compiled with ``values.h``, if that has all it uses."""
+    """Have a design that only makes clocks compiled with ``values.h``, if that has all it uses.
+
+    Its `commit` is not called, and its `reset` only once, when all is 0.
+    """
     shim = VALUES.read_text()
     if not _has_all(shim, logic):
         return code
     design = code[code.index("namespace cxxrtl_design {"):]
+    design = re.sub(r"^\t\w+ = wire<\d+>{0u(?:,0u)*};\n", "", design, flags=re.M)
     return shim + re.sub(
         r"^\ttemplate<class ObserverT>\n\tbool commit\(ObserverT &observer\) {\n(?:.*\n)*?\t}\n\n"
         r"\tbool commit\(\) override {\n(?:.*\n)*?\t}\n", "", design, count=1, flags=re.M)
