@@ -205,6 +205,9 @@ def _waits(c: Contract, dut: BlockLoader, header: Bits, whole: Bits, moves: Bits
     c.implication("dwells", "A dwell lasts its time, and a clock.",
                   when=known & c.past(dut.waiting),
                   then=Mux(c.past(us == word[15]), dut.take, dut.waiting))
+    c.implication("waits-with-a-whole-block", "It waits or pauses only with a block that was read, "
+                  "and no motion.", when=dut.waiting | dut.paused,
+                  then=whole & ~dut.profile.valid)
     c.implication("dwell-is-a-dwell", "Only a dwell does, and it is over with that.",
                   when=other & ((header.kind == BlockKind.DWELL) & dut.take | dut.waiting),
                   then=(header.kind == BlockKind.DWELL) & (dut.waiting | c.past(dut.waiting)))

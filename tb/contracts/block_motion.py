@@ -2,9 +2,7 @@
 
 """Contract of blocks to steps: what is between the parts, of which each has a contract of its own.
 
-The parts are unknowns, which keep what their contracts prove, and of which three more is assumed:
-behind its reset the walk rests and the nominal speed is not ready, and a loader waits or pauses
-only with a whole block. Not stated is what takes the times of
+The parts are unknowns, which keep what their contracts prove. Not stated is what takes the times of
 two of them: that a segment is prepared before its first tick, that its steps are made when the
 profile has stood for 16 clocks, and that the exit of a block is there when it is looked at. Benches
 with all parts compare every step with models.

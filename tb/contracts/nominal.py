@@ -121,6 +121,8 @@ def describe(c: Contract, dut: NominalSpeed) -> None:
                   when=dut.ready & loaded, then=c.signal("following") == following)
     c.implication("ready-stays", "It stays ready until another is loaded.",
                   when=known & c.past(dut.ready & ~dut.load[1]), then=dut.ready)
+    c.implication("not-ready-behind-reset", "Behind a reset it is not ready.", when=~known,
+                  then=~dut.ready)
     c.implication("next-is-shown", "It is shown from the clock after it was taken.",
                   when=known & c.past(dut.take), then=dut.nominal == c.past(following))
     c.implication("nothing-else", "Nothing else changes what is shown.",
