@@ -212,7 +212,8 @@ def _lean(code: str, logic: _Logic) -> str:
     Its `commit` is not called, and its `reset` only once, when all is 0.
     """
     shim = VALUES.read_text()
-    if not _has_all(shim, logic):
+    # A concatenation of whole values is what it cannot assign.
+    if not _has_all(shim, logic) or re.search(r"^\s*[\w.]+\.concat\([^=\n]* = ", logic.lines, re.M):
         return code
     design = code[code.index("namespace cxxrtl_design {"):]
     design = re.sub(r"^\t\w+ = wire<\d+>{0u(?:,0u)*};\n", "", design, flags=re.M)

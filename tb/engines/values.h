@@ -19,6 +19,7 @@ constexpr uint32_t lowest(size_t bits) { return uint32_t(ones(bits < 32 ? bits :
 constexpr size_t most(size_t a, size_t b) { return a > b ? a : b; }
 
 template<size_t N, size_t M> struct part;
+template<class High, class Low> struct joint;
 
 template<size_t N> struct value {
 	static constexpr size_t bits = N, chunks = (N + 31) / 32;
@@ -26,6 +27,8 @@ template<size_t N> struct value {
 	uint32_t data[chunks] = {};
 
 	value() = default;
+	value(const value &) = default;
+	value &operator=(const value &) & = default;
 
 	template<class... Chunks> explicit constexpr value(uint32_t first, Chunks... rest) : data{first, rest...} {}
 
@@ -148,9 +151,7 @@ template<size_t N> struct value {
 			return made;
 		}
 	}
-	template<size_t K, size_t M> VALUE_INLINE value<N + M> concat(const part<K, M> &low) const {
-		return concat(low.val());
-	}
+	template<class Low> VALUE_INLINE auto concat(const Low &low) const { return concat(low.val()); }
 
 	template<size_t Times> VALUE_INLINE value<Times> repeat() const {
 		static_assert(N == 1);
@@ -161,18 +162,31 @@ template<size_t N> struct value {
 	}
 };
 
-// Some bits of a value, which can be assigned.
+// Some bits of a value, and parts that are side by side: they can be assigned.
 template<size_t N, size_t M> struct part {
+	static constexpr size_t bits = M;
 	value<N> &whole;
 	size_t start;
 
 	VALUE_INLINE value<M> val() const { return whole.template from<M>(start); }
-	VALUE_INLINE part &operator=(const value<M> &bits) {
-		whole.put(bits, start);
-		return *this;
-	}
-	template<class Low> VALUE_INLINE auto concat(const Low &low) const { return val().concat(low); }
+	VALUE_INLINE void operator=(const value<M> &given) const { whole.put(given, start); }
+	template<size_t K> VALUE_INLINE auto concat(const value<K> &low) const { return val().concat(low); }
+	template<class Low> VALUE_INLINE joint<part, Low> concat(const Low &low) const { return {*this, low}; }
 	template<size_t Times> VALUE_INLINE auto repeat() const { return val().template repeat<Times>(); }
+};
+
+template<class High, class Low> struct joint {
+	static constexpr size_t bits = High::bits + Low::bits;
+	High high;
+	Low low;
+
+	VALUE_INLINE value<bits> val() const { return high.val().concat(low.val()); }
+	VALUE_INLINE void operator=(const value<bits> &given) const {
+		low = given.template from<Low::bits>(0);
+		high = given.template from<High::bits>(Low::bits);
+	}
+	template<size_t K> VALUE_INLINE auto concat(const value<K> &more) const { return val().concat(more); }
+	template<class More> VALUE_INLINE joint<joint, More> concat(const More &more) const { return {*this, more}; }
 };
 
 template<size_t N> struct wire {

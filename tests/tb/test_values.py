@@ -63,6 +63,12 @@ template<size_t N> void same(const theirs::value<N> &a, const ours::value<N> &b,
 	same<A>(their_bit.repeat<A>().val(), our_bit.repeat<A>().val(), "repeat " #A); \\
 	their_part = their_c; our_part = our_c; \\
 	same<A>(their_a, our_a, "put " #A); \\
+	their_b.slice<0>().concat(their_a.slice<STOP, START>()).concat(their_b.slice<B - 1>()) = \\
+		their_bit.concat(their_c).concat(their_bit).val(); \\
+	our_b.slice<0>().concat(our_a.slice<STOP, START>()).concat(our_b.slice<B - 1>()) = \\
+		our_bit.concat(our_c).concat(our_bit).val(); \\
+	same<A>(their_a, our_a, "put joint " #A); \\
+	same<B>(their_b, our_b, "put joint " #A " " #B); \\
 	if (bool(their_c) != bool(our_c) && wrong++ < 9) std::printf("bool " #A "\\n"); }
 
 int main() {
