@@ -91,3 +91,12 @@ def libraries(request):
             patch.setenv("YOWASP_CACHE_DIR", str(user / "YoWASP"))
         patch.setenv("XDG_CACHE_HOME", str(own))
         yield
+
+
+@pytest.fixture
+def fresh(libraries, tmp_path, monkeypatch) -> Path:
+    """Have a cache in which no design is; return the folder where CXXRTL's will be."""
+    tools = Path(os.environ["XDG_CACHE_HOME"], "wasmtime")
+    (tmp_path / tools.name).symlink_to(tools)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    return tmp_path / "fresa" / "cxxrtl"

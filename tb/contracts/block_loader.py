@@ -123,6 +123,8 @@ def _walk(c: Contract, dut: BlockLoader, read: Bits, word: list, count: Bits) ->
     c.implication("taken-once", "And only once.",
                   when=known & c.past(segments.valid & segments.ready) & ~moved,
                   then=~segments.valid)
+    c.implication("no-segment-behind-reset", "Behind a reset no segment is offered.", when=~known,
+                  then=~segments.valid)
     c.implication("waits-for-the-walk", "Words of the walk are not read before it has taken those "
                   "of the last motion.", when=segments.valid & (count >= 7), then=~read)
     c.implication("segment-of-the-block", "It has what was read for it.", when=segments.valid,
@@ -190,6 +192,9 @@ def _waits(c: Contract, dut: BlockLoader, header: Bits, whole: Bits, moves: Bits
                   "nothing moves.", when=other & (age >= SETTLE) & ~(waits & ~rests)
                   & (header.kind != BlockKind.DWELL) & (header.kind != BlockKind.PAUSE),
                   then=dut.take)
+    c.implication("waits-with-a-whole-block", "It waits or pauses only with a block that was read, "
+                  "and no motion.", when=dut.waiting | dut.paused,
+                  then=whole & ~dut.profile.valid)
     c.implication("pause-waits", "A pause waits for a start.", when=known & c.past(dut.paused),
                   then=Mux(c.past(dut.start), dut.take, dut.paused))
     c.implication("pauses", "Only a pause does, and it is over with that.",
@@ -205,9 +210,6 @@ def _waits(c: Contract, dut: BlockLoader, header: Bits, whole: Bits, moves: Bits
     c.implication("dwells", "A dwell lasts its time, and a clock.",
                   when=known & c.past(dut.waiting),
                   then=Mux(c.past(us == word[15]), dut.take, dut.waiting))
-    c.implication("waits-with-a-whole-block", "It waits or pauses only with a block that was read, "
-                  "and no motion.", when=dut.waiting | dut.paused,
-                  then=whole & ~dut.profile.valid)
     c.implication("dwell-is-a-dwell", "Only a dwell does, and it is over with that.",
                   when=other & ((header.kind == BlockKind.DWELL) & dut.take | dut.waiting),
                   then=(header.kind == BlockKind.DWELL) & (dut.waiting | c.past(dut.waiting)))

@@ -62,7 +62,7 @@ def _queue(c: Contract, dut: BlockQueue) -> None:
     c.implication("accepts-with-a-place", "Nothing but a block that is committed ends that.",
                   when=c.signal("accepts"), then=~active & (count < dut.depth), lemma=True)
     c.implication("flush-drops-all", "After a flush nothing is in the queue, and nothing is "
-                  "offered.", when=c.past(dropped),
+                  "offered.", when=c.past(dropped, init=1),
                   then=(count == 0) & dut.empty & ~dut.blocks.valid & (dut.exit == 0)
                   & (dut.next_exit == 0))
     c.invariant("take-after-words", "A block is taken once all its words are read, and not before.",

@@ -41,8 +41,9 @@ def describe(c: Contract, dut: PathWalk) -> None:
                 & (shifting + full + changing <= 1), cover=changing, lemma=True)
     c.implication("fault-stays", "A fault stays until a reset.", when=c.past(fault & ~c.rst),
                   then=fault)
-    c.implication("rests-behind-reset", "Behind a reset nothing is walked, and no step is made.",
-                  when=c.past(c.rst, init=1), then=~dut.busy & ~dut.step.any())
+    c.implication("rests-behind-reset", "Behind a reset nothing is walked, no step is made, and "
+                  "there is no fault.", when=c.past(c.rst, init=1),
+                  then=~dut.busy & ~dut.step.any() & ~fault)
     c.implication("no-tick-without-segment", "A tick without a segment is a fault.",
                   when=c.past(dut.tick & ~dut.ready & ~c.rst), then=fault)
     _lines(c, dut, shifting, full)

@@ -1,11 +1,13 @@
 """CXXRTL libraries: from a design by RTLIL, Yosys' C++ and a compiler to a cached library.
 
-Two things are rewritten in Yosys' C++. The compiler would spend most of its time on the contents of
-memories, thousands of constructor calls; they become plain numbers, since a `value` holds only its
-words. And what CXXRTL evaluates three times per clock (for changed inputs, for the rising edge, for
-the falling one) is evaluated once: without logic loops, all flip-flops have the same edge, and so
-their next values and the outputs of a clock follow from one pass over the logic, in its order, of
-which `gating` leaves out what would give the same again.
+Some things are rewritten in Yosys' C++. The compiler would spend most of its time on the contents
+of memories, thousands of constructor calls; they become plain numbers, since a `value` holds only
+its words. And what CXXRTL evaluates three times per clock (for changed inputs, for the rising edge,
+for the falling one) is evaluated once: without logic loops, all flip-flops have the same edge, and
+so their next values and the outputs of a clock follow from one pass over the logic, in its order,
+of which `gating` leaves out what would give the same again. Without waveforms and names of
+registers it is compiled with values of our own (``values.h``), for which the compiler takes half of
+the time.
 """
 
 import ctypes
@@ -46,6 +48,9 @@ KEPT = 100
 #: The evaluation of a stretch is calls, for which more than this takes time to compile alone. Clang
 #: ignores it.
 STRETCH_SLOWLY = '__attribute__((optimize("O1")))'
+
+PART = r"[\w.]+\.slice<[\d,]+>\(\)"
+JOINT = re.compile(rf"{PART}(?:\.concat\({PART}\))+")
 
 HERE = Path(__file__).parent
 STRETCH = HERE / "stretch.h"
@@ -188,7 +193,7 @@ def _passes(code: str, logic: _Logic, inputs: Sequence[str], *, whole: bool
     code = code.replace(overridden, overridden + members, 1)
     end = f"}}; // struct {logic.module}\n"
     declared = code[:code.index(end) + len(end)]
-    # Two at least, unless it is so little that one is done before a second has begun.
+    # As a rule two at least, unless it is so little that one is done before a second has begun.
     together = min(TOGETHER, max(sum(map(len, segments)) // 2, ALONE))
     parts: list[list[str]] = [[]]
     for segment in segments:
@@ -212,8 +217,9 @@ def _lean(code: str, logic: _Logic) -> str:
     Its `commit` is not called, and its `reset` only once, when all is 0.
     """
     shim = VALUES.read_text()
-    # A concatenation of whole values is what it cannot assign.
-    if not _has_all(shim, logic) or re.search(r"^\s*[\w.]+\.concat\([^=\n]* = ", logic.lines, re.M):
+    # Of what is concatenated it assigns parts of values alone.
+    joints = re.findall(r"^\s*((?:[\w.<>,]|\(\))+\.concat\([^=\n]*) = ", logic.lines, re.M)
+    if not _has_all(shim, logic) or not all(JOINT.fullmatch(each) for each in joints):
         return code
     design = code[code.index("namespace cxxrtl_design {"):]
     design = re.sub(r"^\t\w+ = wire<\d+>{0u(?:,0u)*};\n", "", design, flags=re.M)
@@ -225,7 +231,7 @@ def _lean(code: str, logic: _Logic) -> str:
 def _stretches(code: str, logic: _Logic) -> str:
     """Write the same logic over stretches of clocks, if ``stretch.h`` has all that it uses."""
     shim = STRETCH.read_text()
-    if not _has_all(shim, logic):
+    if not _has_all(shim, logic) or re.search(r"\btmp_\d+\.update\(", logic.lines):
         return ""
     members = re.findall(r"^\t(?:/\*\w+\*/ )?((?:value|wire|memory)<\d+> \w+)(?:;| {)", code[
         code.index(f"struct {logic.module} "):code.index(f"\t{logic.module}(interior)")], re.M)

@@ -184,7 +184,8 @@ def _ends(every: Sequence[Statement], segments: Sequence[Segment]) -> list[Segme
         if each.values:
             continue
         place = last.get(each.module, -1)
-        if not each.memories and all(written.get(name, -1) <= place for name in each.reads):
+        if segments and not each.memories and all(
+                written.get(name, -1) <= place for name in each.reads):
             segments[place].statements.append(each)
         else:
             rest.append(each)

@@ -1,7 +1,7 @@
 // Values of any width, for what `write_cxxrtl` has written: the same names and the same results as those of
 // CXXRTL's own header, for less work of the compiler, which has some thousand operations to expand. Values of
 // up to 64 bits, almost all, are one number each while they are calculated with. Waveforms and names of
-// registers take CXXRTL's own, and so does a design that uses what is not here.
+// registers take CXXRTL's own, and so does a design that uses what is not here. A value of no bits is 0.
 
 #include <cstddef>
 #include <cstdint>
@@ -22,7 +22,7 @@ template<size_t N, size_t M> struct part;
 template<class High, class Low> struct joint;
 
 template<size_t N> struct value {
-	static constexpr size_t bits = N, chunks = (N + 31) / 32;
+	static constexpr size_t bits = N, chunks = most((N + 31) / 32, 1);
 	static constexpr bool narrow = N <= 64;
 	uint32_t data[chunks] = {};
 
@@ -48,9 +48,9 @@ template<size_t N> struct value {
 			return data[0];
 	}
 
-	VALUE_INLINE int64_t signed_number() const { return int64_t(number() << (64 - N)) >> (64 - N); }
+	VALUE_INLINE int64_t signed_number() const { return N ? int64_t(number() << (64 - N)) >> (64 - N) : 0; }
 
-	VALUE_INLINE bool negative() const { return data[chunks - 1] >> (N - 1) % 32 & 1; }
+	VALUE_INLINE bool negative() const { return N && data[chunks - 1] >> (N - 1) % 32 & 1; }
 
 	VALUE_INLINE explicit operator bool() const {
 		if constexpr (narrow)
@@ -70,6 +70,13 @@ template<size_t N> struct value {
 	VALUE_INLINE bool operator!=(const value &other) const { return !(*this == other); }
 
 	const value &val() const { return *this; }
+
+	VALUE_INLINE value update(const value &other, const value &mask) const {
+		value made;
+		for (size_t n = 0; n < chunks; n++)
+			made.data[n] = (data[n] & ~mask.data[n]) | (other.data[n] & mask.data[n]);
+		return made;
+	}
 
 	// Another width: the lowest bits, or zeros above, or copies of the sign.
 	template<size_t M> VALUE_INLINE value<M> zero_extended() const {
@@ -227,11 +234,9 @@ template<size_t N> struct memory {
 	bool commit(observer &) {
 		bool changed = false;
 		for (auto &each : writes) {
-			auto &row = data[each.index];
-			auto before = row;
-			for (size_t n = 0; n < row.chunks; n++)
-				row.data[n] = (row.data[n] & ~each.mask.data[n]) | (each.bits.data[n] & each.mask.data[n]);
-			changed |= row != before;
+			auto row = data[each.index].update(each.bits, each.mask);
+			changed |= row != data[each.index];
+			data[each.index] = row;
 		}
 		writes.clear();
 		return changed;
@@ -243,7 +248,9 @@ struct memory_index {
 	size_t index;
 
 	template<size_t N> VALUE_INLINE memory_index(const value<N> &address, size_t offset, size_t depth)
-		: valid(address.data[0] >= offset && address.data[0] < offset + depth), index(address.data[0] - offset) {}
+		: valid(address.data[0] >= offset && address.data[0] < offset + depth), index(address.data[0] - offset) {
+		static_assert(N <= 32);
+	}
 };
 
 struct performer;

@@ -73,7 +73,7 @@ def clocked(clk, rst=None, **kwargs) -> Module:
     return m
 
 
-def scramble(seed: int, *, whole: bool = False) -> Design:
+def scramble(seed: int, *, whole: bool = False, wide: bool = False) -> Design:
     """Join registers, memories and gates at random.
 
     Parameters
@@ -82,6 +82,8 @@ def scramble(seed: int, *, whole: bool = False) -> Design:
         Of the choice.
     whole : bool
         Memories have a word for every address: beyond their last word, Verilog reads X.
+    wide : bool
+        Gates have up to 150 bits, and none divides: all is what ``values.h`` has.
     """
     rng = random.Random(seed)
     clk, rst = Signal(), Signal()
@@ -102,9 +104,11 @@ def scramble(seed: int, *, whole: bool = False) -> Design:
         values.append(got.data)
     for n in range(10):
         a, b, c = rng.choices(values, k=3)
-        gate = Signal(rng.randint(1, 64), name=f"g{n}")
+        gate = Signal(rng.randint(1, 150 if wide else 64), name=f"g{n}")
+        rest = [a >> b[:5], a << b[:3], a == b, a.all(), b.xor(), -a, ~a, a[len(a) // 2:]] if wide \
+            else [a // (b | 1)]
         m.d.comb += gate.eq(rng.choice(
-            [a + b, a - b, a * b, a ^ ~b, Mux(c[0], a, b), a < b, a // (b | 1), Cat(a, b)]))
+            [a + b, a - b, a * b, a ^ ~b, Mux(c[0], a, b), a < b, *rest, Cat(a, b)]))
         values.append(gate)
     for register in registers:
         with m.If(rng.choice(values).any()):

@@ -407,12 +407,6 @@ class TestAgreement:
             CXXRTLEngine(edges(inner=True))
 
 
-@pytest.fixture
-def fresh(tmp_path, monkeypatch):
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    return tmp_path / "fresa" / "cxxrtl"
-
-
 @pytest.fixture(scope="module")
 def built(tmp_path_factory) -> Path:
     """Build the machine; return the folder of its library, which is in a cache of its own."""
