@@ -1,5 +1,5 @@
 # amaranth: UnusedElaboratable=no
-# pyright: reportGeneralTypeIssues=false, reportOperatorIssue=false
+# pyright: reportGeneralTypeIssues=false, reportOperatorIssue=false, reportReturnType=false
 
 """Values for compiled designs: each operation gives what that of CXXRTL's own header gives."""
 
