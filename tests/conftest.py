@@ -96,7 +96,5 @@ def libraries(request):
 @pytest.fixture
 def fresh(libraries, tmp_path, monkeypatch) -> Path:
     """Have a cache in which no design is; return the folder where CXXRTL's will be."""
-    tools = Path(os.environ["XDG_CACHE_HOME"], "wasmtime")
-    (tmp_path / tools.name).symlink_to(tools)
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     return tmp_path / "fresa" / "cxxrtl"
