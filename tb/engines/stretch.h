@@ -63,7 +63,7 @@ template<size_t N, size_t Stop, size_t Start> struct part;
 
 template<size_t N> struct value {
 	static constexpr size_t bits = N;
-	static constexpr size_t words = (N + 63) / 64;
+	static constexpr size_t words = N ? (N + 63) / 64 : 1;
 	uint64_t word[words] = {};
 	int64_t delta = 0;
 
@@ -114,7 +114,7 @@ template<size_t N> struct value {
 	bool operator!() const { return !bool(*this); }
 
 	uint64_t unsigned_bits() const { return word[0]; }
-	int64_t signed_bits() const { return int64_t(word[0] << (64 - N)) >> (64 - N); }
+	int64_t signed_bits() const { return N ? int64_t(word[0] << (64 - N)) >> (64 - N) : 0; }
 	line unsigned_line() const { return {wide_int(word[0]), delta}; }
 
 	line signed_line() const {

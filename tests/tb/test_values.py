@@ -8,6 +8,7 @@ import random
 import re
 import subprocess
 from dataclasses import dataclass
+from functools import partial
 from typing import ClassVar
 
 import pytest
@@ -234,10 +235,11 @@ class TestDesigns:
         (lambda: scramble(3, wide=True), True),
         *(pytest.param(lambda seed=seed: scramble(seed, wide=True), True, marks=pytest.mark.long)
           for seed in (2, 5, 8, 11, 13))])
-    def test_are_as_in_amaranth(self, make, is_lean, lean):
+    @pytest.mark.parametrize("options", [{}, {"stretches": True}], ids=["clocks", "stretches"])
+    def test_are_as_in_amaranth(self, make, is_lean, lean, options):
         played = random_inputs(make(), 400, 7)
         seen = []
-        for kind in (AmaranthEngine, CXXRTLEngine):
+        for kind in (AmaranthEngine, partial(CXXRTLEngine, **options)):
             again = make()
             with kind(again) as engine:
                 rows = engine.apply(played, list(again.outputs))
@@ -246,7 +248,7 @@ class TestDesigns:
         assert lean == [is_lean]
 
     def test_parts_side_by_side(self, lean):
-        self.test_are_as_in_amaranth(lambda: design(_joint), True, lean)
+        self.test_are_as_in_amaranth(lambda: design(_joint), True, lean, {})
         assert self.joints
 
     @pytest.mark.parametrize("left", [
