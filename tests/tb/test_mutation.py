@@ -476,3 +476,31 @@ class TestKills:
         mutable = toy(state_little)
         number = list(map(str, mutable.mutants)).index(kill.mutant)
         assert by_chance(mutable.netlist(mutable.mutants), [number], 1, 1000)[0]
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("name", "kind", "options"), [
+    ("pen-off", "eq", {}), ("ends-there", "pmux", {"bowed": True})])
+def test_the_wall_reaches_what_a_formula_does_not(name, kind, options):
+    """A line is drawn after more clocks than a formula has: the commands of the bench do it.
+
+    They serve the dialect with lines that are bowed, too: what it has besides is off.
+    """
+    component = components()["wall_dialect"]
+    function = bench_of(kind_of(component))
+    straight = Mutable(component, component_of(function)).netlist([])
+    rows = run_bench(function, straight, []).stimulus
+    begins, first = {}, 0
+    for port, bits in straight.inputs.items():
+        begins[port], first = first, first + len(bits)
+    wanted = Mutable(component, component.make(**component.cases[0].parameters, **options))
+    netlist = wanted.netlist([mutant for mutant in wanted.mutants
+                              if mutant.cell == kind and not mutant.path])
+    netlist.assertions = [each for each in netlist.assertions if each.name == name]
+    stimulus = [[bit for port, bits in netlist.inputs.items() for bit in (
+        row[begins[port]:begins[port] + len(bits)] if port in begins else [0] * len(bits))]
+        for row in rows]
+    witnesses: dict[str, tuple[int, int]] = {}
+    by_chance(netlist, range(len(netlist.mutants)), 1, 0, stimulus, witnesses=witnesses)
+    number, clock = witnesses[name]
+    assert number < len(netlist.mutants) and 0 < clock < len(stimulus)
