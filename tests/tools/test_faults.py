@@ -110,7 +110,9 @@ class TestMachinesOnALine:
         for name, machine in machines().items() if machine.faults and machine.fuzz
         and None in machine.faults()])
     def test_resets_and_flips(self, name, tmp_path, capsys):
-        builds = [f"{name}-{kind}" if kind else name for kind in machines()[name].faults()]
+        faults = machines()[name].faults
+        assert faults is not None
+        builds = [f"{name}-{kind}" if kind else name for kind in faults()]
         status, found = run_json(tmp_path / "it.json", "resets", "--machine", name,
                                  "--resets", 200, "--jobs", 1)
         assert status == 0 and [machine["machine"] for machine in found] == builds
