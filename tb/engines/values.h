@@ -32,6 +32,9 @@ template<size_t N> struct value {
 
 	template<class... Chunks> explicit constexpr value(uint32_t first, Chunks... rest) : data{first, rest...} {}
 
+	// Makes the bits above the highest 0.
+	VALUE_INLINE void trim() { data[chunks - 1] &= lowest(N - 32 * (chunks - 1)); }
+
 	// Of a number, as many bits as it has.
 	static VALUE_INLINE value of(uint64_t number) {
 		value made;
@@ -88,7 +91,7 @@ template<size_t N> struct value {
 			value<M> made;
 			for (size_t n = 0; n < made.chunks && n < chunks; n++)
 				made.data[n] = data[n];
-			made.data[made.chunks - 1] &= lowest((M - 1) % 32 + 1);
+			made.trim();
 			return made;
 		}
 	}
@@ -105,7 +108,7 @@ template<size_t N> struct value {
 					made.data[n] = ~uint32_t(0);
 				if constexpr (N % 32)
 					made.data[chunks - 1] |= ~lowest(N % 32);
-				made.data[made.chunks - 1] &= lowest((M - 1) % 32 + 1);
+				made.trim();
 			}
 			return made;
 		}
@@ -114,7 +117,7 @@ template<size_t N> struct value {
 	// Bits from one on; those beyond the highest are 0.
 	template<size_t M> VALUE_INLINE value<M> from(size_t start) const {
 		if constexpr (narrow)
-			return value<most(M, 1)>::of(start < 64 ? number() >> start : 0);
+			return value<M>::of(start < 64 ? number() >> start : 0);
 		else {
 			value<M> made;
 			size_t first = start / 32, shift = start % 32;
@@ -123,7 +126,7 @@ template<size_t N> struct value {
 				uint64_t high = first + n + 1 < chunks ? data[first + n + 1] : 0;
 				made.data[n] = uint32_t((low | high << 32) >> shift);
 			}
-			made.data[made.chunks - 1] &= lowest((M - 1) % 32 + 1);
+			made.trim();
 			return made;
 		}
 	}
@@ -328,7 +331,7 @@ template<bool Minus, size_t Y> VALUE_INLINE value<Y> plus(value<Y> a, const valu
 			a.data[n] = uint32_t(carry);
 			carry >>= 32;
 		}
-		a.data[a.chunks - 1] &= lowest((Y - 1) % 32 + 1);
+		a.trim();
 		return a;
 	}
 }
@@ -347,7 +350,7 @@ template<size_t Y> VALUE_INLINE value<Y> times(const value<Y> &a, const value<Y>
 				carry >>= 32;
 			}
 		}
-		made.data[made.chunks - 1] &= lowest((Y - 1) % 32 + 1);
+		made.trim();
 		return made;
 	}
 }
@@ -423,7 +426,7 @@ template<size_t Y, size_t A, size_t B> VALUE_INLINE value<Y> shl_uu(const value<
 			uint64_t high = p.data[n - start / 32], low = n > start / 32 ? p.data[n - start / 32 - 1] : 0;
 			made.data[n] = uint32_t((high << 32 | low) << shift >> 32);
 		}
-		made.data[made.chunks - 1] &= lowest((Y - 1) % 32 + 1);
+		made.trim();
 		return made;
 	}
 }
