@@ -44,14 +44,14 @@ class Cncjs(Sender):
     def connect(self) -> None:
         begun = len(self._lines)
         self._emit("open", self._machine.port, {"controllerType": "Grbl", "baudrate": 115200})
-        self._wait_for("serialport:open", begun)
+        self._wait_for("done:open", begun)
         # It asks for settings and modes once it has a greeting or, after 2 s, a report.
         self._wait_for("serialport:read", begun, "$223=500")
 
     def disconnect(self) -> None:
         begun = len(self._lines)
         self._emit("close", self._machine.port)
-        self._wait_for("serialport:close", begun)
+        self._wait_for("done:close", begun)
 
     def check(self) -> None:
         until(lambda: self._last("controller:settings")["settings"].get("$223") == "500", "$$")
