@@ -5,14 +5,16 @@ where it changes nothing that matters there is nothing left to decide.
 """
 
 import heapq
+import resource
 import subprocess
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
 from typing import Literal, TypeAlias
 
 from ..contracts.proof import solver
 from .netlist import FALSE, TRUE, Netlist
 
-__all__ = ["Formulas", "Frame", "Unrolled"]
+__all__ = ["Formulas", "Frame", "Unrolled", "limit_processor"]
 
 NO, YES = 0, 1
 
@@ -134,7 +136,7 @@ class Formulas:
         values : sequence of int
             Formulas whose values are told if it can be.
         seconds : float
-            Time to look.
+            Time of a processor to look, see :func:`limit_processor`.
 
         Returns
         -------
@@ -175,8 +177,9 @@ class Formulas:
         clauses.append(f"{name(goal)} 0")
         lines = sum(clause.count("\n") + 1 for clause in clauses)
         text = f"p cnf {len(numbers)} {lines}\n" + "\n".join(clauses) + "\n"
-        done = subprocess.run([solver() or "z3", "-in", "-dimacs", f"-T:{max(1, round(seconds))}"],
-                              input=text, capture_output=True, text=True, check=False)
+        done = subprocess.run([solver() or "z3", "-in", "-dimacs"], input=text, text=True,
+                              capture_output=True, check=False,
+                              preexec_fn=limit_processor(seconds))
         if "s UNSATISFIABLE" in done.stdout:
             return False
         if "s SATISFIABLE" not in done.stdout:
@@ -184,6 +187,16 @@ class Formulas:
         levels = {int(word) for line in done.stdout.splitlines() if line.startswith("v")
                   for word in line[1:].split()}
         return {value: int(name(value) in levels) for value in values}
+
+
+def limit_processor(seconds: float) -> Callable[[], None]:
+    """Return what limits the process that calls it to so many seconds of a processor, at least one.
+
+    The kernel counts them: so other work on the machine makes no difference, and a solver ends
+    that nothing waits for any more.
+    """
+    most = max(1, round(seconds))
+    return partial(resource.setrlimit, resource.RLIMIT_CPU, (most, most))
 
 
 class Unrolled:

@@ -9,7 +9,6 @@ for that a bit is inverted at a port of the component, or of a part of it.
 import os
 import random
 import re
-import resource
 import signal
 import subprocess
 import tempfile
@@ -27,6 +26,7 @@ from ..contracts.proof import SMTBMC, environment, named, prepare
 from ..mistake import Mistake, connections
 from ..rtlil import canonical
 from .benches import bench_of, component_of, kind_of, run_bench
+from .formula import limit_processor
 from .judge import by_chance
 from .netlist import Mutable, Mutant, choose, listed
 
@@ -200,27 +200,19 @@ def _found(component: Component, case: Case | None, left: Collection[str],
 
 
 def _solve(folder: Path, clocks: int) -> None:
-    """Let the solver look for covers as long as it may; what it found is in its output.
-
-    The kernel counts its seconds: so other work on the machine makes no difference, and a solver
-    ends that nothing waits for any more.
-    """
+    """Let the solver look for covers as long as it may; what it found is in its output."""
     command = [*SMTBMC, "-s", "z3", "--noprogress", "-c", "-t", str(clocks), "--smtc",
                "constant.smtc", "--dump-vcd", "cover%.vcd", "covers.smt2"]
     with (folder / "output.txt").open("w") as output:
         process = subprocess.Popen(command, cwd=folder, env=environment(), stdout=output,
                                    stdin=subprocess.DEVNULL, stderr=subprocess.STDOUT,
-                                   start_new_session=True, preexec_fn=_limit)
+                                   start_new_session=True, preexec_fn=limit_processor(SECONDS))
         try:
             process.wait()
         finally:
             if process.poll() is None:
                 os.killpg(process.pid, signal.SIGKILL)
                 process.wait()
-
-
-def _limit() -> None:
-    resource.setrlimit(resource.RLIMIT_CPU, (SECONDS, SECONDS))
 
 
 def _witnesses(folder: Path, mutants: Sequence[str]) -> Iterator[tuple[str, tuple[str, int]]]:

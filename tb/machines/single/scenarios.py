@@ -17,6 +17,7 @@ SESSION = [
     (b":e1\r", b"ok\r\n"), (b":x?\r", b"x:2\r\nok\r\n"), (b":y\r", b"err command\r\n"),
     (b":x12a\r", b"err number\r\n"), (b":x10000\r", b"err range\r\n"), (b":v0\r", b"err range\r\n"),
     (b":x" + b"0" * 126 + b"\r", b"err length\r\n"), (b":v?\r", b"v:5987\r\nok\r\n"),
+    (b":v59987\r", b"ok\r\n"), (b":v?\r", b"v:59987\r\nok\r\n"),
 ]
 
 
