@@ -6,6 +6,7 @@ Ctrl-C stops the machine; it keeps its place, but within a bowed line.
 """
 
 import argparse
+import re
 import sys
 from pathlib import Path
 
@@ -18,10 +19,11 @@ def points(text: str) -> list[tuple[tuple[int, int], tuple[int, int]]]:
     for number, line in enumerate(text.splitlines(), 1):
         if not line.strip():
             continue
-        try:
-            x, y, to_x, to_y = map(int, line.split())
-        except ValueError:
-            raise ValueError(f"line {number} must have four whole numbers, not {line!r}") from None
+        words = line.split()
+        if len(words) != 4 or not all(re.fullmatch(r"\d{1,4}", word) for word in words):
+            raise ValueError(f"line {number} must have four whole numbers from 0 to 9999, not "
+                             f"{line[:60]!r}")
+        x, y, to_x, to_y = map(int, words)
         lines.append(((x, y), (to_x, to_y)))
     return lines
 
@@ -34,7 +36,7 @@ def main() -> None:
     parser.add_argument("--baud", type=int, default=9600, help="bits a second (%(default)s)")
     parser.add_argument("--home", action="store_true", help="home first, which takes minutes")
     arguments = parser.parse_args()
-    lines = points(Path(arguments.file).read_text())
+    lines = points(Path(arguments.file).read_text(encoding="ascii", errors="replace"))
     with VPlotter(arguments.port, baud=arguments.baud) as plotter:
         if arguments.home:
             plotter.home()

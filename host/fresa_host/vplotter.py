@@ -25,6 +25,19 @@ GOES_ON = ("Homing motor ", "Going to the ", "Drawing.", "[")
 class VPlotterSession(GCodeSession):
     """A hanging plotter on a line, which takes commands of the thesis beside lines of G-code."""
 
+    def ask(self, line: str, timeout: float | None = None, *, clear: bool = False
+            ) -> Waiting[list[str]]:
+        """Do as the session of G-code does; a command would end otherwise than a line of it."""
+        _no_command(line)
+        return (yield from super().ask(line, timeout, clear=clear))
+
+    def stream(self, blocks: Sequence[tuple[int, str]], *, line_by_line: bool = False
+               ) -> Waiting[None]:
+        """Do as the session of G-code does, and refuse commands in the same way."""
+        for number, text in blocks:
+            _no_command(text, f"line {number}: ")
+        yield from super().stream(blocks, line_by_line=line_by_line)
+
     def order(self, command: str, ends: str | tuple[str, ...]) -> Waiting[str]:
         """Send a command, when all lines are answered; return the text that ends it.
 
@@ -115,7 +128,10 @@ class VPlotter(GCode):
         return super().home(timeout)
 
     def power(self, *, on: bool) -> None:
-        """Power the motors, or release them: then the place is unknown, and it has to home."""
+        """Power the motors, or release them: then the place is unknown.
+
+        It has to be powered, and to home, before it moves again.
+        """
         self._run(self._session.power(on=on))
 
     def go(self, point: tuple[int, int]) -> None:
@@ -134,6 +150,13 @@ class VPlotter(GCode):
         master, left, right = (int(self._run(self._session.order(f":S{number}", tuple(
             f"{state:02X}" for state in range(64)))), 16) for number in range(3))
         return master, left, right
+
+
+def _no_command(line: str, where: str = "") -> None:
+    """Raise ValueError for a command, which is no line of G-code."""
+    if line.lstrip().startswith(":"):
+        raise ValueError(f"{where}{line.strip()!r} is a command of the plotter, not G-code: see "
+                         "go, draw_line, home, power and states")
 
 
 def _digits(point: tuple[int, int]) -> str:

@@ -33,6 +33,8 @@ class FakeGCode(FakePort):
         Answers that are lost.
     alarms : dict of str to int
         Lines that raise an alarm, after which it resets itself.
+    settings : dict of str to str
+        What ``$$`` lists.
     touches : float, optional
         Z at which a probe touches.
     real_time : list of bytes
@@ -44,6 +46,7 @@ class FakeGCode(FakePort):
         self.most, self.lines, self.lose = 0, [], 0
         self.deaf = self.mute = False
         self.alarms: dict[str, int] = {}
+        self.settings: dict[str, str] = {}
         self.touches: float | None = None
         self.real_time: list[bytes] = []
         self.reports = 0
@@ -106,7 +109,10 @@ class FakeGCode(FakePort):
             self.reset("Alarm")
             return
         answer = b"ok\r\n"
-        if line in ("$X", "$H"):
+        if line == "$$":
+            for number, value in self.settings.items():
+                self.say(f"${number}={value}\r\n".encode())
+        elif line in ("$X", "$H"):
             if line == "$H":
                 self.machine.position = ORIGIN
             self.state = "Idle"

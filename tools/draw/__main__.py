@@ -23,6 +23,7 @@ from ..console import (
 )
 from ..cut_picture import duration
 from ..picture import encode
+from .program import MOST_DWELL_S, MOST_MM, MOST_SPEED
 
 __all__ = ["main", "report"]
 
@@ -84,15 +85,13 @@ STRING_RATE, MOST_STRING_RATE = 400, 4000
 """Half steps a second: what a machine has by default, and with which the simulation sees an end
 switch open before the next step."""
 
-LONGEST, LARGEST = 1e6, 1e5
-"""Of a number that is a speed, and of a length in mm."""
-
-
 @command
 def main(argv: list[str] | None = None) -> int:
     """Run the command; return its exit status."""
     args = _parser().parse_args(argv)
     check_outputs(args.file, pictures=[args.png], others=[args.out, args.original, args.json])
+    if args.home and args.to is None:
+        raise UserError("--home is that of --to")
     try:
         from .svg import read_drawing
     except ModuleNotFoundError as error:
@@ -113,6 +112,7 @@ def main(argv: list[str] | None = None) -> int:
         drawing, wall, pens=args.pens, tolerance=args.tolerance, width=args.width,
         scale=1.0 if args.own_size else None, at=args.at, effort=args.effort,
         vpype=_uses_vpype(args.sort), progress=Progress)
+    files = _programs(planned, args)
     facts = {"file": str(args.file), **planned.facts(speeds)}
     lines, done = report(facts, estimate=not bowed), None  # bowed lines have a speed of their own
     if settings is not None:
@@ -121,7 +121,7 @@ def main(argv: list[str] | None = None) -> int:
             return 1
         facts["simulated"] = done.facts()
         lines += done.report()
-    files = _files(planned, facts, lines, args, done)
+    files |= _pictures(planned, facts, lines, args, done)
     write_files_atomically(files)
     for line in lines:
         say(line)
@@ -198,10 +198,8 @@ def _simulate(planned: Any, settings: Any, speeds: Any) -> Any:
         return None
 
 
-def _files(planned: Any, facts: dict[str, Any], lines: list[str], args: argparse.Namespace,
-           done: Any) -> dict[Path, bytes]:
-    """Return the contents of the files that are asked for."""
-    from .picture import draw_wall
+def _programs(planned: Any, args: argparse.Namespace) -> dict[Path, bytes]:
+    """Return the programs that are asked for, by their files: before all that takes long."""
     from .program import gcode, original
 
     files = {}
@@ -209,12 +207,22 @@ def _files(planned: Any, facts: dict[str, Any], lines: list[str], args: argparse
         text = gcode(planned.parts, planned.wall, args.feed, args.dwell)
         files[args.out] = text.encode("ascii")
     if args.original is not None:
-        for number, part in enumerate(planned.parts, 1):
-            path = args.original
-            if len(planned.parts) > 1:
-                path = path.with_stem(f"{path.stem}-{number}")
-                check_outputs(args.file, pictures=[], others=[path])
-            files[path] = original(part, planned.wall).encode("ascii")
+        paths = [args.original]
+        if len(planned.parts) > 1:
+            paths = [args.original.with_stem(f"{args.original.stem}-{number}")
+                     for number in range(1, len(planned.parts) + 1)]
+        check_outputs(args.file, pictures=[args.png], others=[args.out, args.json, *paths])
+        files |= {path: original(part, planned.wall).encode("ascii")
+                  for path, part in zip(paths, planned.parts, strict=True)}
+    return files
+
+
+def _pictures(planned: Any, facts: dict[str, Any], lines: list[str], args: argparse.Namespace,
+              done: Any) -> dict[Path, bytes]:
+    """Return the picture and the figures that are asked for, by their files."""
+    from .picture import draw_wall
+
+    files = {}
     if args.png is not None:
         with Progress(1, "pictures", "drawing the wall"):
             about = [line for line in lines if not line.startswith("pen ")]  # drawn anyway
@@ -237,7 +245,7 @@ def _send(planned: Any, args: argparse.Namespace) -> int:
 
     made = sections(planned.parts, planned.wall, args.feed, args.dwell)
     try:
-        took = send(made, lambda: VPlotter(args.to, baud=args.baud), home=args.home)
+        took = send(made, lambda: VPlotter(args.to, baud=args.baud), planned.wall, home=args.home)
     except Ended:
         say("ended: the machine stands, with the pen raised")
         return 130
@@ -282,7 +290,7 @@ def _between(least: float, most: float) -> Callable[[str], float]:
 
 def _pair(separator: str, example: str, least: float) -> Callable[[str], list[float]]:
     """Make a type for an argument of two numbers."""
-    limited = _between(least, LARGEST)
+    limited = _between(least, MOST_MM)
 
     def numbers(text: str) -> list[float]:
         words = re.split(f"[{separator}]", text)
@@ -305,7 +313,7 @@ def _place(text: str) -> complex:
 
 def _parser() -> argparse.ArgumentParser:
     parser = Parser(prog="python -m tools.draw", description=ABOUT, epilog=EPILOG)
-    length = _between(0, LARGEST)
+    length = _between(0, MOST_MM)
     parser.add_argument("file", metavar="FILE.svg", type=Path, help="drawing; also .svgz")
     group = parser.add_argument_group("output")
     group.add_argument("--out", metavar="FILE", type=Path, help="write G-code")
@@ -313,7 +321,7 @@ def _parser() -> argparse.ArgumentParser:
     group.add_argument("--json", metavar="FILE", type=Path, help="write the figures")
     group.add_argument("--simulate", action="store_true",
                        help="draw on the gateware first, and compare; building the machine takes "
-                            "about a minute, once for each wall")
+                            "some ten seconds, once for each wall")
     group.add_argument("--bowed", action="store_true",
                        help="with --simulate: draw by the commands of the first firmware, on a "
                             "machine that is built with --bowed: straight lines are bowed")
@@ -331,7 +339,7 @@ def _parser() -> argparse.ArgumentParser:
     group.add_argument("--margin", metavar="MM", type=length, default=100.0,
                        help="left free at the left, at the right and below (default: 100)")
     size = group.add_mutually_exclusive_group()
-    size.add_argument("--width", metavar="MM", type=_between(0.001, LARGEST),
+    size.add_argument("--width", metavar="MM", type=_between(0.001, MOST_MM),
                       help="width of the drawing (default: as large as it fits)")
     size.add_argument("--own-size", action="store_true", help="as large as the file has it")
     group.add_argument("--at", metavar="X,Y", type=_place,
@@ -351,9 +359,9 @@ def _parser() -> argparse.ArgumentParser:
                        help="about the seconds that two-opt may take for a pen (default: 10)")
     group = parser.add_argument_group("plotter")
     for name, (default, about) in SPEEDS.items():
-        group.add_argument(f"--{name}", metavar="N", type=_between(1, LONGEST), default=default,
+        group.add_argument(f"--{name}", metavar="N", type=_between(1, MOST_SPEED), default=default,
                            help=f"{about} (default: {default:g})")
-    group.add_argument("--dwell", metavar="S", type=_between(0, 10), default=0.0,
+    group.add_argument("--dwell", metavar="S", type=_between(0, MOST_DWELL_S), default=0.0,
                        help="seconds that the pen takes to go down or up (default: 0)")
     group.add_argument("--to", metavar="PORT",
                        help="send it: /dev/ttyUSB0, COM3, socket://127.0.0.1:4000")

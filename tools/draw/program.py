@@ -12,11 +12,14 @@ from .curves import Polyline
 from .order import simplified
 from .wall import Part, Wall
 
-__all__ = ["Section", "gcode", "number", "original", "point_command", "sections", "segments",
-           "strokes"]
+__all__ = ["MOST_DWELL_S", "MOST_MM", "MOST_SPEED", "Section", "gcode", "number", "original",
+           "point_command", "sections", "segments", "strokes"]
 
 DECIMALS = 2
 """Of a coordinate in G-code: a hundredth of a millimetre is a quarter of a step."""
+
+MOST_MM, MOST_SPEED, MOST_DWELL_S = 1e5, 1e6, 10.0
+"""Of a length, of a speed in mm/min, and of what a pen takes to go down or up."""
 
 MOST_ORIGINAL = 9999
 """Millimetres that the four digits of a coordinate can say."""

@@ -1,5 +1,6 @@
 """Sends a drawing to a machine, pen by pen, with holds."""
 
+import re
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor, wait
@@ -11,15 +12,19 @@ from fresa_host.gcode_lines import program
 from ..console import Progress, UserError, warn
 from ..keyboard import Ended, Keyboard
 from .program import Section
+from .wall import Wall
 
 __all__ = ["send"]
+
+NEAR_MM = 1.0
+"""How far a machine may be from the place of rest, and its wall from that of the drawing."""
 
 POLL_S = 0.1
 """Seconds from one look at the keyboard to the next."""
 
 
-def send(sections: Sequence[Section], open_machine: Callable[[], GCode], *, home: bool = False
-         ) -> float:
+def send(sections: Sequence[Section], open_machine: Callable[[], GCode], wall: Wall, *,
+         home: bool = False) -> float:
     """Draw; return how many seconds that has taken.
 
     Parameters
@@ -28,14 +33,16 @@ def send(sections: Sequence[Section], open_machine: Callable[[], GCode], *, home
         The G-code of each pen. Before each but the first, a Return is waited for.
     open_machine : callable
         Opens the machine.
+    wall : Wall
+        For which the G-code is made.
     home : bool
         Seek the home switches first.
 
     Raises
     ------
     UserError
-        If the machine cannot be opened or is locked, or pens are to be changed and there is no
-        keyboard.
+        If the machine cannot be opened, is locked or hangs on another wall, or pens are to be
+        changed and there is no keyboard.
     MachineError
         If the machine cannot go on. It was stopped then.
     Ended
@@ -52,9 +59,11 @@ def send(sections: Sequence[Section], open_machine: Callable[[], GCode], *, home
         except MachineError as error:
             raise UserError(str(error)) from error
         with machine:
+            _check_wall(machine, wall)
             if home:
                 with Progress(1, "machines", "homing"):
                     _watched(machine, keyboard, lambda: machine.home())
+                _check_rest(machine, wall)
             elif machine.state == "Alarm":
                 raise UserError("the machine is locked, as its place is unknown: home it, by "
                                 "--home")
@@ -64,6 +73,42 @@ def send(sections: Sequence[Section], open_machine: Callable[[], GCode], *, home
                         _change_pens(keyboard, index + 1, section.pen)
                     _draw(machine, keyboard, section, progress)
     return time.monotonic() - begun
+
+
+def _check_wall(machine: GCode, wall: Wall) -> None:
+    """Refuse a machine of another wall, as far as its settings tell."""
+    if (area := _area(machine)) is None:
+        return
+    width, height = area
+    lowest = wall.height - wall.top
+    if abs(width - wall.width) > NEAR_MM or not (
+            lowest - NEAR_MM <= height < wall.height + NEAR_MM):
+        raise UserError(
+            f"the machine hangs on another wall, by its $130 and $131: that is {width:g} mm wide, "
+            f"and {height:g} mm of its height are drawn on, not {wall.width:g} and at least "
+            f"{lowest:g}; see --wall and --top")
+
+
+def _check_rest(machine: GCode, wall: Wall) -> None:
+    """Refuse a machine that is not at the place of rest when it has homed: so is its height known.
+
+    Its positions count from the upper right corner of where it draws.
+    """
+    if (area := _area(machine)) is None:
+        return
+    x, y, _ = machine.machine_position
+    place = complex(wall.width + x, wall.height - area[1] - y)
+    if abs(place - wall.resting) > NEAR_MM:
+        raise UserError(
+            f"the machine hangs on another wall, or rests elsewhere: by its position it is at "
+            f"{place.real:g},{place.imag:g}, not at {wall.resting.real:g},{wall.resting.imag:g}; "
+            "see --wall and --rest")
+
+
+def _area(machine: GCode) -> tuple[float, float] | None:
+    """Return width and height of where the machine draws, in mm, if it says so."""
+    said = dict(re.findall(r"^\$(\d+)=([\d.]+)$", "\n".join(machine.command("$$")), re.M))
+    return (float(said["130"]), float(said["131"])) if {"130", "131"} <= said.keys() else None
 
 
 def _draw(machine: GCode, keyboard: Keyboard, section: Section, progress: Progress) -> None:

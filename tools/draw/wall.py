@@ -49,6 +49,10 @@ class Wall:
             raise UserError("the margins leave no place on the wall")
         if not (0 <= self.resting.real <= self.width and 0 <= self.resting.imag <= self.height):
             raise UserError(f"the place of rest, {_point(self.resting)}, is not on the wall")
+        if self.resting.imag < self.top:
+            raise UserError(f"the place of rest, {_point(self.resting)}, is above where the "
+                            f"plotter draws, which begins {self.top:g} mm below the pulleys: see "
+                            "--rest and --top")
 
     @property
     def low(self) -> complex:

@@ -29,7 +29,8 @@ ends the simulation.
 
 Commands that can be typed here:
 
-  limit x on    presses the limit switch of an axis, if it has any; limit x off releases it
+  limit x on    presses the limit switch of an axis, if it has any, or of a plotter's motor, l or
+                r; limit x off releases it
   door on       switches another input on, of those that the machine has; door off
   break         holds the line to the machine low for two bytes' time, since neither a
                 pseudo-terminal nor TCP carries a break condition

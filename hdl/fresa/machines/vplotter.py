@@ -125,18 +125,25 @@ class VPlotterSettings(GCodeSettings):
         in_range("y of the place of rest", self.rest[1], self.least_y, self.wall_height)
         ticks = Fraction(round(self.string_steps * (1000 << TICKS_LOG2)), 1000)
         object.__setattr__(self, "steps_per_mm", (ticks, ticks, Fraction(100)))
-        in_range("ticks (eighths of string_steps) from a pulley to a far corner",
-                 max(map(self.ticks, (self.wall_width, self.wall_height))),
-                 2, (1 << PLACE_BITS) - 1)
-        in_range("steps of both strings", self.most_wound, 1, (1 << LENGTH_BITS) - 1)
+        self._check_size()
         in_range("clocks between steps of a string", self.period, 2, MAX_PERIOD)
         if self.clock < self.period:
             raise ValueError("a string makes less than a step a second: choose a higher max_rate, "
                              "or more string_steps")
-        in_range("string_rate", self.string_rate, 1, self.clock // self.period)
+        in_range("string_rate (by max_rate of X and Y the strings are no faster)",
+                 self.string_rate, 1, self.clock // self.period)
         if stays := {number for number, _ in self.others} & self.bounds.keys():
             raise ValueError(f"${min(stays)} follows from the wall, and is not a further setting")
         super().__post_init__()
+
+    def _check_size(self) -> None:
+        """Raise ValueError for a wall of more ticks than are counted, or of less than two."""
+        per_mm, largest = float(self.string_steps), max(self.wall_width, self.wall_height)
+        if not 2 <= self.ticks(largest) < 1 << PLACE_BITS:
+            most = floor(((1 << PLACE_BITS) - 1) / self.steps_per_mm[0]) if per_mm else 0
+            raise ValueError(f"with {per_mm:g} half steps a mm (string_steps) a wall may be "
+                             f"{most} mm wide and high at most, not {largest}")
+        in_range("steps of both strings", self.most_wound, 1, (1 << LENGTH_BITS) - 1)
 
     def ticks(self, mm: int) -> int:
         """Return a place in ticks."""

@@ -387,8 +387,9 @@ class TestSettings:
     @pytest.mark.parametrize(("changes", "says"), [
         ({"wall_width": 5}, "wall_width in mm must be"), ({"least_y": 60}, "least_y in mm must be"),
         ({"rest": (30, 5)}, "y of the place of rest"), ({"rest": (61, 30)}, "x of the place"),
-        ({"string_steps": Fraction(4000)}, r"ticks \(eighths of string_steps\) from a pulley"),
-        ({"string_rate": 10**6}, "string_rate must be"),
+        ({"string_steps": Fraction(4000)}, "with 4000 half steps a mm .* 16 mm wide and high"),
+        ({"string_steps": Fraction(0)}, "with 0 half steps a mm .* 0 mm wide and high"),
+        ({"string_rate": 10**6}, "string_rate .by max_rate of X and Y .* must be"),
         ({"others": ((20, Fraction(0)),)}, r"\$20 follows from the wall"),
         ({"others": ((100, Fraction(9)),)}, r"\$100 follows from the wall")])
     def test_refused(self, changes, says):

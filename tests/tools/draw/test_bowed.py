@@ -68,7 +68,7 @@ def bow(start: complex, end: complex) -> float:
 def test_the_machine_has_bowed_lines_at_the_rate():
     assert SETTINGS.bowed and SETTINGS.string_rate == RATE
     assert not settings_of(WALL, SPEEDS).bowed
-    with pytest.raises(UserError, match="cannot be built: string_rate must be"):
+    with pytest.raises(UserError, match="cannot be built: string_rate .by max_rate.* must be"):
         settings_of(WALL, Speeds(1000, 1000, 600), RATE)
 
 

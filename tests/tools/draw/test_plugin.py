@@ -41,11 +41,14 @@ def test_size_and_place(vpype, tmp_path):
     (["fresa", "a.gcode"], "there are no lines to draw"),
     (["line", "0", "0", "5", "5", "fresa", "--width", "5000", "a.gcode"], "beyond the area"),
     (["line", "0", "0", "5", "5", "fresa", "no/a.gcode"], "its folder does not exist"),
-    (["line", "0", "0", "5", "5", "fresa", "--feed", "0", "a.gcode"], "--feed must be above 0"),
+    *((["line", "0", "0", "5", "5", "fresa", *words, "a.gcode"], message) for words, message in (
+        (["--feed", "0"], "0.0 is not in the range"), (["--margin", "-100"], "is not in the range"),
+        (["--dwell", "1e30"], "is not in the range"), (["--top", "nan"], "is not a number"),
+        (["--width", "5", "--own-size"], "say two sizes"), (["--rest", "9", "9"], "is above"))),
 ])
 def test_what_is_refused_writes_nothing(vpype, tmp_path, arguments, message):
     done = vpype(*arguments)
-    assert done.returncode == 1 and message in done.stderr and "Traceback" not in done.stderr
+    assert done.returncode == 2 and message in done.stderr and "Traceback" not in done.stderr
     assert not (tmp_path / "a.gcode").exists()
 
 

@@ -78,7 +78,7 @@ def test_one_pen(fake, tmp_path, monkeypatch, capsys):
     assert run(path, "--pens", "one", "--out", str(tmp_path / "a.gcode")) == 0
     assert "drawn in " in capsys.readouterr().out
     lines = [line for line in (tmp_path / "a.gcode").read_text().splitlines() if line[0] != "("]
-    assert fake.lines == lines and fake.closed and fake.lines[-1] == "M2"
+    assert fake.lines == ["$$", *lines] and fake.closed and fake.lines[-1] == "M2"
     assert fake.most > 100  # sent ahead
 
 
@@ -148,7 +148,29 @@ def test_a_machine_that_is_locked(fake, tmp_path, typed, capsys):
     fake.state = "Alarm"
     path = write(tmp_path, LAYERS)
     assert run(path, "--pens", "one") == 2
-    assert "home it, by --home" in capsys.readouterr().err and not fake.lines
+    assert "home it, by --home" in capsys.readouterr().err and fake.lines == ["$$"]
     fake.closed = False
+    del fake.lines[:]
     assert run(path, "--pens", "one", "--home") == 0
-    assert fake.lines[0] == "$H" and fake.lines[-1] == "M2"
+    assert fake.lines[:3] == ["$$", "$H", "$$"] and fake.lines[-1] == "M2"
+
+
+@pytest.mark.parametrize(("settings", "arguments"), [
+    ({"130": "1778.000", "131": "1568.000"}, []), ({"130": "1768.000", "131": "1500.000"}, []),
+    ({"130": "1768.000", "131": "1800.000"}, []),
+    ({"130": "1768.000", "131": "1568.000"}, ["--home"]),
+])
+def test_a_machine_of_another_wall_draws_nothing(fake, tmp_path, typed, capsys, settings,
+                                                 arguments):
+    """The fake one homes to 0,0, which is no place of rest."""
+    fake.settings = settings
+    assert run(write(tmp_path, LAYERS), "--pens", "one", *arguments) == 2
+    err = capsys.readouterr().err
+    assert "the machine hangs on another wall" in err and err.count("error") == 1
+    assert not [line for line in fake.lines if line[0] != "$"]
+
+
+def test_a_machine_of_this_wall_draws(fake, tmp_path, typed):
+    fake.settings = {"130": "1768.000", "131": "1568.000"}
+    assert run(write(tmp_path, LAYERS), "--pens", "one", "--rest", "1768,200", "--home") == 0
+    assert fake.lines[-1] == "M2"

@@ -55,6 +55,8 @@ def test_walls_that_cannot_be():
         Wall(300, 300)
     with pytest.raises(UserError, match="the place of rest, 2000,5, is not on the wall"):
         Wall(rest=2000 + 5j)
+    with pytest.raises(UserError, match="884,100, is above where the plotter draws, which begins"):
+        Wall(rest=884 + 100j)
     assert Wall(2000, 1000).resting == 1000 + 500j
 
 
