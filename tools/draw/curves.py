@@ -41,6 +41,12 @@ class Affine(NamedTuple):
         """By how much an area grows; 0 if all falls on a line."""
         return (self.x.conjugate() * self.y).imag
 
+    def inverse(self) -> "Affine":
+        """Return what undoes it, unless all falls on a line."""
+        back = Affine(complex(self.y.imag, -self.x.imag) / self.determinant,
+                      complex(-self.y.real, self.x.real) / self.determinant)
+        return back._replace(origin=-back(self.origin))
+
 
 class Straight(NamedTuple):
     """A line."""
@@ -131,6 +137,11 @@ class Ellipse(NamedTuple):
     def end(self) -> complex:
         """Where it ends."""
         return complex(self.at(np.ones(1))[0])
+
+    def corners(self) -> tuple[complex, complex, complex, complex]:
+        """Return the corners of a parallelogram around it, which are moved as it is."""
+        side, other = self.u + self.v, self.u - self.v
+        return self.centre + side, self.centre - side, self.centre + other, self.centre - other
 
     def bounds(self) -> Polyline:
         """Return points of it whose bounding box is its own: ends, and where x or y turns."""

@@ -1,5 +1,6 @@
 """SVG as a tree, read so that no file can do harm, and the style of each of its elements."""
 
+import re
 import zlib
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -12,7 +13,7 @@ from defusedxml import DefusedXmlException, EntitiesForbidden
 
 from ..console import UserError
 
-__all__ = ["INKSCAPE", "SVG", "Styles", "local_name", "read"]
+__all__ = ["INKSCAPE", "MARKERS", "MOST_DEPTH", "SVG", "Styles", "href", "local_name", "read"]
 
 SVG, XLINK, INKSCAPE = ("{http://www.w3.org/2000/svg}", "{http://www.w3.org/1999/xlink}",
                         "{http://www.inkscape.org/namespaces/inkscape}")
@@ -20,14 +21,22 @@ SVG, XLINK, INKSCAPE = ("{http://www.w3.org/2000/svg}", "{http://www.w3.org/1999
 MOST_BYTES = 1 << 26
 MOST_DEPTH = 256
 
+MARKERS = ("marker-start", "marker-mid", "marker-end")
 INHERITED = {"fill": "black", "stroke": "none", "stroke-width": "1", "visibility": "visible",
              "color": "black", "fill-opacity": "1", "stroke-opacity": "1",
-             "stroke-dasharray": "none", "marker-start": "none", "marker-mid": "none",
-             "marker-end": "none"}
+             "stroke-dasharray": "none", "stroke-linecap": "butt",
+             **dict.fromkeys(MARKERS, "none")}
 OWN = {"display": "inline", "opacity": "1", "clip-path": "none", "mask": "none", "filter": "none",
-       "transform": ""}
+       "overflow": "hidden", "transform": "none", "transform-origin": "0 0",
+       "transform-box": "view-box"}
 """Properties that matter here, with their initial values: those that children inherit, and those
 that they do not."""
+CSS_ONLY = {"translate": "none", "rotate": "none", "scale": "none", "offset-path": "none",
+            "d": "none"}
+"""Properties that are none as an attribute, or another."""
+GEOMETRY = {"x", "y", "width", "height", "cx", "cy", "r", "rx", "ry"}
+"""Attributes that style sheets can set, by a value that has a unit."""
+WITH_UNIT = re.compile(r"[-+]?0*\.?0*|.*[^\d.]")
 
 
 def read(path: Path) -> Element:
@@ -141,7 +150,10 @@ class Styles:
                 self.ignored += 1
 
     def of(self, element: Element, parent: Mapping[str, str]) -> dict[str, str]:
-        """Return the properties of an element, given those of its parent."""
+        """Return the properties of an element, given those of its parent.
+
+        Of geometry only what style sets is among them.
+        """
         found: dict[str, tuple[str, bool]] = {
             name: (value, False) for name in (*INHERITED, *OWN)
             if (value := element.get(name)) is not None}
@@ -152,18 +164,20 @@ class Styles:
                 if important or not found.get(name, ("", False))[1]:
                     found[name] = value, important
         style = {}
-        for known, inherits in ((INHERITED, True), (OWN, False)):
+        for known, inherits in ((INHERITED, True), (OWN, False), (CSS_ONLY, False)):
             for name, initial in known.items():
                 value = found.get(name, ("unset", False))[0].strip()
                 if value in ("inherit", "unset"):
                     inherited = inherits or value == "inherit"
                     value = parent.get(name, initial) if inherited else initial
                 style[name] = initial if value == "initial" else value
-        return style
+        return style | {name: found[name][0] for name in GEOMETRY & found.keys()
+                        if WITH_UNIT.fullmatch(found[name][0])}
 
 
 def _declarations(css) -> Iterator[tuple[str, str, bool]]:
     """Yield name, value and importance of each declaration."""
     for each in tinycss2.parse_declaration_list(css, skip_comments=True, skip_whitespace=True):
         if each.type == "declaration":
-            yield each.lower_name, tinycss2.serialize(each.value).strip(), each.important
+            for name in MARKERS if each.lower_name == "marker" else (each.lower_name,):
+                yield name, tinycss2.serialize(each.value).strip(), each.important

@@ -1,5 +1,6 @@
 """The picture of a wall: pulleys, what is drawn in the colours of the pens, and the travel."""
 
+import unicodedata
 from collections.abc import Iterator, Sequence
 from math import ceil, hypot
 
@@ -24,6 +25,9 @@ PALETTE: tuple[Colour, ...] = (
 
 PIXELS, MARGIN, TEXT, TITLE, LINE = 1000, 36, 15, 20, 22
 """The longer side of the wall; the margin around it; sizes of text, and height of a line of it."""
+
+LONGEST = 60
+"""Characters of a name of a file or layer."""
 
 LENS, LENS_MM = 240, 1.6
 """Side of the square below the wall that shows a place magnified, and at least how much of it."""
@@ -62,12 +66,13 @@ def travels(parts: Sequence[Part], rest: complex) -> Iterator[tuple[complex, com
 
 
 class _Canvas:
-    """A wall that is drawn on, in mm."""
+    """A wall that is drawn on, in mm, with texts that are so wide at most, in pixels."""
 
-    def __init__(self, wall: Wall, lines_below: int) -> None:
+    def __init__(self, wall: Wall, lines_below: int, widest: int) -> None:
         self._per_mm = PIXELS / max(wall.width, wall.height)
         self.width, self.height = (round(each * self._per_mm) for each in (wall.width, wall.height))
-        size = self.width + 2 * MARGIN, self.height + 3 * MARGIN + TITLE + lines_below * LINE
+        size = (max(self.width, widest) + 2 * MARGIN,
+                self.height + 3 * MARGIN + TITLE + lines_below * LINE)
         self.image = Image.new("RGB", (size[0] * SCALE, size[1] * SCALE), PAPER)
         self.draw = ImageDraw.Draw(self.image)
         self.left, self.top = MARGIN, 2 * MARGIN + TITLE
@@ -131,8 +136,12 @@ def draw_wall(parts: Sequence[Part], wall: Wall, title: str, facts: Sequence[str
     PIL.Image.Image
         The drawing, in colour.
     """
-    rows = len(facts) + len(parts)
-    canvas = _Canvas(wall, rows if worst is None else max(rows, LENS // LINE + 2))
+    title, facts = _plain(title), [_plain(text, len(text)) for text in facts]
+    pens = [f"pen {number}: {_plain(part.name)}" for number, part in enumerate(parts, 1)]
+    rows = len(facts) + len(pens)
+    below = ceil(max(_width(text, TEXT) for text in [*facts, *pens])) + MARGIN
+    canvas = _Canvas(wall, rows if worst is None else max(rows, LENS // LINE + 2), max(
+        ceil(_width(title, TITLE)), below if worst is None else below + LENS))
     whole = complex(wall.width, wall.height)
     canvas.box(0, whole, WALL, EDGE)
     canvas.box(wall.low, wall.high, None, AREA)
@@ -152,15 +161,15 @@ def draw_wall(parts: Sequence[Part], wall: Wall, title: str, facts: Sequence[str
     if worst is not None:
         _magnify(canvas, parts, list(zip(done, colours, strict=False)), *worst)
 
-    canvas.text(MARGIN, MARGIN, _plain(title), TITLE)
+    canvas.text(MARGIN, MARGIN, title, TITLE)
     y = canvas.top + canvas.height + MARGIN
-    for number, (part, colour) in enumerate(zip(parts, colours, strict=True), 1):
+    for pen, colour in zip(pens, colours, strict=True):
         canvas.draw.rectangle([MARGIN * SCALE, (y - 4) * SCALE, (MARGIN + 26) * SCALE,
                                (y + 4) * SCALE], colour)
-        canvas.text(MARGIN + 36, y, f"pen {number}: {_plain(part.name)}")
+        canvas.text(MARGIN + 36, y, pen)
         y += LINE
     for text in facts:
-        canvas.text(MARGIN, y, _plain(text))
+        canvas.text(MARGIN, y, text)
         y += LINE
     return canvas.image.reduce(SCALE)
 
@@ -191,11 +200,19 @@ def _magnify(canvas: _Canvas, parts: Sequence[Part],
     x, y = canvas.at(place)
     ring = 7 * SCALE
     canvas.draw.ellipse((x - ring, y - ring, x + ring, y + ring), None, WORST, SCALE)
-    left, top = canvas.left + canvas.width - LENS, canvas.top + canvas.height + MARGIN // 2
+    left = canvas.image.width // SCALE - MARGIN - LENS
+    top = canvas.top + canvas.height + MARGIN // 2
     canvas.image.paste(square, (left * SCALE, top * SCALE))
     canvas.text(left, top + LENS + LINE // 2, f"{across:.2g} mm, magnified")
 
 
-def _plain(text: str) -> str:
-    """Return a text that any font has."""
-    return text.encode("latin-1", "replace").decode("latin-1")
+def _plain(text: str, longest: int = LONGEST) -> str:
+    """Return a text of the letters that Pillow's own font has, shortened."""
+    found = "".join(each for each in unicodedata.normalize("NFKD", " ".join(text.split()))
+                    if not unicodedata.combining(each)).encode("ascii", "replace").decode("ascii")
+    return found if len(found) <= longest else f"{found[:longest - 3]}..."
+
+
+def _width(text: str, size: int) -> float:
+    """Return how wide a text is, in pixels."""
+    return ImageFont.load_default(size).getlength(text)

@@ -1,7 +1,7 @@
 """From SVG to the curves that a pen can follow.
 
 The tree is walked here, since layers, what is invisible and what is left out have to be known of
-every element; numbers, transforms, path data and colours are read by svgelements.
+every element; path data and colours are read by svgelements.
 """
 
 import re
@@ -10,14 +10,16 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from math import isfinite
 from pathlib import Path
+from typing import NamedTuple
 from xml.etree.ElementTree import Element
 
 import numpy as np
 import svgelements as svg
 
 from ..console import UserError
-from .curves import Affine, Cubic, Curve, Ellipse, Straight
-from .document import INKSCAPE, Styles, href, local_name, read
+from .curves import Affine, Cubic, Curve, Ellipse, Polyline, Straight
+from .document import INKSCAPE, MARKERS, MOST_DEPTH, Styles, href, local_name, read
+from .values import Unreadable, length, origin, transform
 
 __all__ = ["MM_PER_PX", "Drawing", "Shape", "read_drawing"]
 
@@ -33,6 +35,9 @@ LARGEST = 1e9
 BASIC = {"rect", "circle", "ellipse", "line", "polyline", "polygon", "path"}
 GROUPS = {"g", "a", "svg", "switch", "use"}
 TEXTS = {"text", "flowRoot"}
+PARTS_OF_TEXT = {"tspan", "textPath", "tref", "altGlyph", "a", "flowPara", "flowDiv", "flowSpan",
+                 "flowLine"}
+DRAWN = BASIC | GROUPS | TEXTS | {"image", "symbol", "foreignObject"}
 
 ACROSS, DOWN = {"x", "width", "cx", "rx", "x1", "x2"}, {"y", "height", "cy", "ry", "y1", "y2"}
 """Lengths that may be in per cent of the viewport's width, and of its height."""
@@ -89,6 +94,15 @@ class Drawing:
         return low, high
 
 
+class _View(NamedTuple):
+    """What cuts off what is drawn beyond it: from the document to it, its size, what is said."""
+
+    inverse: Affine
+    width: float
+    height: float
+    note: str
+
+
 @dataclass(frozen=True)
 class _Context:
     """What an element inherits."""
@@ -101,7 +115,9 @@ class _Context:
     in_layer: bool = False
     group: str = ""
     depth: int = 0
+    nested: int = 0
     uses: tuple[str, ...] = ()
+    views: tuple[_View, ...] = ()
 
 
 def read_drawing(path: Path, progress: Callable[[int], None] = lambda done: None) -> Drawing:
@@ -119,8 +135,11 @@ def read_drawing(path: Path, progress: Callable[[int], None] = lambda done: None
     UserError
         If it is no SVG, has text or nothing to draw, or is meant to exhaust its reader.
     """
-    reader = _Reader(path, read(path), progress)
-    drawing = reader.drawing
+    root = read(path)
+    try:
+        drawing = _Reader(path, root, progress).drawing
+    except Unreadable as error:
+        raise UserError(f"{path}: {error}") from error
     if not drawing.shapes:
         notes = drawing.notes()
         raise UserError(f"{path} has nothing that a pen can draw"
@@ -138,7 +157,7 @@ class _Reader:
                        if (name := element.get("id")) is not None}
         self._visited = 0
         self.drawing = Drawing()
-        width, height = _page(root)
+        width, height = _page(root, self._styles.of(root, {}))
         self._visit(root, _Context(Affine(), {}, width, height), (width, height))
         if self._styles.ignored:
             self.drawing.omitted["style rules not understood"] = self._styles.ignored
@@ -151,23 +170,29 @@ class _Reader:
         if self._visited > MOST_ELEMENTS:
             raise UserError(f"{self._path} has more than {MOST_ELEMENTS} elements, those used "
                             "again included: split it")
+        nested = self._deeper(context)
         name = local_name(element)
-        if name not in BASIC | GROUPS | TEXTS | {"image", "symbol", "foreignObject"}:
+        if name not in DRAWN or element.get("requiredExtensions"):
             return  # what describes, defines, animates, or is not SVG
         style = self._styles.of(element, context.style)
-        if style["display"] == "none" or _number(style["opacity"], 1) <= 0:
+        if not _displayed(style):
             return
-        affine = self._transform(context.affine, style["transform"])
-        if not affine.determinant or element.get("requiredExtensions"):
+        if not _understood(element):
+            self.drawing.omitted["what is for another language than English"] += 1
             return
-        context = replace(context, affine=affine, style=style)
+        affine = context.affine.after(self._transform(context, style))
+        if not affine.determinant:
+            return
+        context = replace(context, affine=affine, style=style, nested=nested)
         for effect in ("clip-path", "mask", "filter"):
             if style[effect] not in ("none", ""):
                 self.drawing.omitted[f"{effect} ignored"] += 1
-        if name in GROUPS or name == "symbol":
+        if name == "use":
+            self._use(element, context)
+        elif name in GROUPS or name == "symbol":
             self._group(name, element, context, size)
         elif name in TEXTS:
-            self._refuse_text(element, style)
+            self._refuse_text(element, context)
         elif name in BASIC:
             self._shape(name, element, context)
         else:
@@ -176,12 +201,11 @@ class _Reader:
     def _group(self, name: str, element: Element, context: _Context,
                size: tuple[float, float] | None) -> None:
         children = list(element)
-        if name == "use":
-            self._use(element, context)
-            return
         if name == "switch":
-            children = [child for child in children if local_name(child) not in
-                        ("", "foreignObject") and not child.get("requiredExtensions")][:1]
+            fitting = [child for child in children if local_name(child) in DRAWN
+                       and _understood(child) and not child.get("requiredExtensions")]
+            children = ([child for child in fitting if local_name(child) != "foreignObject"]
+                        or fitting)[:1]
         elif name == "g":
             context = self._layer(element, context)
         elif name in ("svg", "symbol"):
@@ -194,6 +218,13 @@ class _Reader:
         for child in children:
             if local_name(child) != "symbol":  # which is drawn where it is used
                 self._visit(child, context)
+
+    def _deeper(self, context: _Context) -> int:
+        """Return how deep an element is nested."""
+        if context.nested >= MOST_DEPTH:
+            raise UserError(f"{self._path} has elements nested deeper than {MOST_DEPTH}, those "
+                            "used again included: ungroup some")
+        return context.nested + 1
 
     def _layer(self, element: Element, context: _Context) -> _Context:
         """Return the context in a group: the outermost layer, or group, names what is in it."""
@@ -214,15 +245,11 @@ class _Reader:
             return
         if target in context.uses:
             raise UserError(f"{self._path}: {target} uses itself")
-        if len(context.uses) > 64:
-            raise UserError(f"{self._path}: uses of uses are nested deeper than 64")
-        shift = complex(_length(element.get("x"), context.width),
-                        _length(element.get("y"), context.height))
+        shift = _place(element, context)
         size = None
         if local_name(referred) in ("svg", "symbol"):
-            width, height = (element.get(key, referred.get(key, "100%"))
-                             for key in ("width", "height"))
-            size = _length(width, context.width), _length(height, context.height)
+            whole = _size(referred, self._styles.of(referred, context.style), context)
+            size = _size(element, context.style, context, whole)
         self._visit(referred, replace(
             context, affine=context.affine.after(Affine(origin=shift)),
             uses=(*context.uses, target)), size)
@@ -230,55 +257,81 @@ class _Reader:
     def _viewport(self, element: Element, context: _Context, size: tuple[float, float] | None
                   ) -> _Context | None:
         """Return the context in an ``<svg>`` or ``<symbol>``; None if it has no area."""
-        at = (0.0, 0.0)
-        if size is None or context.uses:
-            at = (_length(element.get("x"), context.width),
-                  _length(element.get("y"), context.height))
-        width, height = size or (_length(element.get("width", "100%"), context.width),
-                                 _length(element.get("height", "100%"), context.height))
+        is_root = size is not None and not context.uses
+        at = 0j if is_root else _place(element, context)
+        width, height = size or _size(element, context.style, context)
         if width <= 0 or height <= 0:
             return None
-        if (box := _view_box(element)) is None:
-            affine = context.affine.after(Affine(origin=complex(*at)))
-            return replace(context, affine=affine, width=width, height=height)
-        if box[2] <= 0 or box[3] <= 0:
+        box = _view_box(element)
+        if box is not None and (box[2] <= 0 or box[3] <= 0):
             return None
-        aspect = element.get("preserveAspectRatio", "xMidYMid").replace("defer", "").strip()
-        text = svg.Viewbox.viewbox_transform(*at, width, height, *box, aspect)
-        return replace(context, affine=self._transform(context.affine, text),
-                       width=box[2], height=box[3])
+        affine = context.affine.after(Affine(origin=at))
+        views = context.views
+        if is_root:
+            if box is not None or element.get("width") and element.get("height"):
+                views = (_View(affine.inverse(), width, height,
+                               "outside the page, drawn all the same"),)
+        elif context.style["overflow"] not in ("visible", "auto"):
+            views = (*views, _View(affine.inverse(), width, height, "viewport clipping ignored"))
+        if box is not None:
+            aspect = element.get("preserveAspectRatio", "xMidYMid").replace("defer", "").strip()
+            affine = affine.after(transform(svg.Viewbox.viewbox_transform(
+                0, 0, width, height, *box, aspect), 0, 0))
+            width, height = box[2:]
+        if any(element.get(key) for key in ("refX", "refY")):
+            self.drawing.omitted["refX and refY ignored"] += 1
+        return replace(context, affine=affine, width=width, height=height, views=views)
 
-    def _transform(self, affine: Affine, text: str) -> Affine:
-        if not text or text == "none":
-            return affine
-        try:
-            matrix = svg.Matrix(text)
-            matrix.render(ppi=96, width=0, height=0)
-            numbers = [float(each) for each in
-                       (matrix.a, matrix.b, matrix.c, matrix.d, matrix.e, matrix.f)]
-        except (ValueError, TypeError, IndexError, KeyError, OverflowError) as error:
-            raise UserError(f"{self._path}: transform {text[:60]!r} cannot be read") from error
-        if not all(map(isfinite, numbers)):
+    def _transform(self, context: _Context, style: Mapping[str, str]) -> Affine:
+        """Return what an element's own transform does."""
+        for each in ("translate", "rotate", "scale", "offset-path"):
+            if style[each] != "none":
+                raise Unreadable(f"the property {each} of CSS is not read: use transform")
+        size = context.width, context.height
+        made = transform(style["transform"], *size)
+        if made == Affine():
+            return made
+        if style["transform-box"] != "view-box":
+            raise Unreadable(f"transform-box {style['transform-box'][:60]!r} is not read: "
+                             "only view-box is")
+        about = origin(style["transform-origin"], *size)
+        made = Affine(origin=about).after(made).after(Affine(origin=-about))
+        if not np.all(np.isfinite(made)):
             raise self._beyond()
-        a, b, c, d, e, f = numbers
-        return affine.after(Affine(complex(a, b), complex(c, d), complex(e, f)))
+        return made
 
-    def _refuse_text(self, element: Element, style: Mapping[str, str]) -> None:
-        text = " ".join("".join(element.itertext()).split())
-        if text and _paint(style) is not None:
+    def _refuse_text(self, element: Element, context: _Context) -> None:
+        text = " ".join("".join(self._seen(element, context)).split())
+        if text:
             if len(text) > 24:
                 text = text[:24] + "..."
             raise UserError(f"{self._path} has text, {text!r}: convert text to paths (in Inkscape: "
                             "Path > Object to Path)")
 
+    def _seen(self, element: Element, context: _Context) -> Iterator[str]:
+        """Yield what can be read of a text."""
+        nested = self._deeper(context)
+        painted = _paint(context.style) is not None
+        yield (element.text or "") * painted
+        for child in element:
+            style = self._styles.of(child, context.style)
+            if local_name(child) in PARTS_OF_TEXT and _displayed(style):
+                yield from self._seen(child, replace(
+                    context, style=style, nested=nested))
+            yield (child.tail or "") * painted
+
     def _shape(self, name: str, element: Element, context: _Context) -> None:
         if (paint := _paint(context.style)) is None:
             return
         colour, stroked = paint
+        style = context.style
+        if name == "path" and style["d"] != "none":
+            self.drawing.omitted["path data of style ignored"] += 1
         if name == "line" and not stroked:
             return
         outlines = []
-        for outline in self._outlines(name, element, context):
+        dots = stroked and style["stroke-linecap"] in ("round", "square")
+        for outline in self._outlines(name, element, context, dots):
             start, end = outline[0].start, outline[-1].end
             if not stroked and start != end:  # the edge of a filled area is closed
                 outline.append(Straight(start, end)._replace(start=end, end=start))
@@ -288,15 +341,19 @@ class _Reader:
         numbers = np.array([part for outline in outlines for curve in outline for part in curve])
         if not np.all(np.isfinite(numbers)) or np.abs(numbers).max() > LARGEST:
             raise self._beyond()
-        style = context.style
+        for view in context.views:
+            if _beyond_view(outlines, view):
+                self.drawing.omitted[view.note] += 1
+                break
         if stroked and style["stroke-dasharray"] not in ("none", "") and re.search(
                 "[1-9]", style["stroke-dasharray"]):
             self.drawing.omitted["dashes drawn whole"] += 1
-        if any(style[f"marker-{each}"] != "none" for each in ("start", "mid", "end")):
+        if any(style[each] != "none" for each in MARKERS):
             self.drawing.omitted["marker ignored"] += 1
         self.drawing.shapes.append(Shape(outlines, context.layer, colour))
 
-    def _outlines(self, name: str, element: Element, context: _Context) -> list[list[Curve]]:
+    def _outlines(self, name: str, element: Element, context: _Context, dots: bool
+                  ) -> list[list[Curve]]:
         """Return the subpaths of a shape, in its own coordinates."""
         try:
             if name == "path":
@@ -306,8 +363,8 @@ class _Reader:
                 except (ValueError, IndexError, TypeError, AttributeError):
                     # SVG has a path drawn up to where it cannot be read any more.
                     self.drawing.omitted["path data damaged, drawn up to there"] += 1
-                return list(_subpaths(path))
-            return list(_subpaths(svg.Path(_basic(name, element, context))))
+                return list(_subpaths(path, dots))
+            return list(_subpaths(svg.Path(_basic(name, element, context)), dots))
         except (OverflowError, ZeroDivisionError) as error:
             raise self._beyond() from error
 
@@ -319,21 +376,25 @@ def _basic(name: str, element: Element, context: _Context) -> svg.Shape | str:
     """Return a basic shape."""
     diagonal = float(np.hypot(context.width, context.height) / np.sqrt(2))
 
-    def number(key: str, default: str = "0") -> float:
+    def given(key: str) -> float | None:
         whole = context.width if key in ACROSS else context.height if key in DOWN else diagonal
-        return _length(element.get(key, default), whole)
+        return length(context.style.get(key, element.get(key)), whole)
 
+    def number(key: str) -> float:
+        return given(key) or 0.0
+
+    if name in ("rect", "ellipse"):  # what is not given of radii, or below 0, is as the other one
+        rx, ry = (None if value is None or value < 0 else value for value in map(
+            given, ("rx", "ry")))
+        rx, ry = (ry or 0.0) if rx is None else rx, (rx or 0.0) if ry is None else ry
+    else:
+        rx = ry = number("r")
     if name == "rect":
         x, y, width, height = map(number, ("x", "y", "width", "height"))
         if width <= 0 or height <= 0:
             return ""
-        rx, ry = (None if element.get(key, "auto") == "auto" else number(key)
-                  for key in ("rx", "ry"))
-        rx, ry = (ry or 0.0) if rx is None else rx, (rx or 0.0) if ry is None else ry
         return svg.Rect(x, y, width, height, min(rx, width / 2), min(ry, height / 2))
     if name in ("circle", "ellipse"):
-        rx, ry = (number("r"),) * 2 if name == "circle" else (
-            number("rx", element.get("ry", "0")), number("ry", element.get("rx", "0")))
         if rx <= 0 or ry <= 0:
             return ""
         return svg.Ellipse(cx=number("cx"), cy=number("cy"), rx=rx, ry=ry)
@@ -347,33 +408,41 @@ def _basic(name: str, element: Element, context: _Context) -> svg.Shape | str:
     return svg.Polygon(*points) if name == "polygon" else svg.Polyline(*points)
 
 
-def _subpaths(path: svg.Path) -> Iterator[list[Curve]]:
-    """Yield what lies between two moves of a path, without what has no length."""
+def _subpaths(path: svg.Path, dots: bool) -> Iterator[list[Curve]]:
+    """Yield what lies between two moves of a path, without what has no length.
+
+    Of that what lies at one place altogether is a dot, and one of a line without length, if there
+    are `dots`.
+    """
     outline: list[Curve] = []
+    dot: list[Curve] = []
     for segment in path:
         if isinstance(segment, svg.Move) or segment.start is None:
-            if outline:
-                yield outline
-            outline = []
+            if outline or dot:
+                yield outline or dot
+            outline, dot = [], []
             if not isinstance(segment, svg.Move):
                 return  # it does not begin with a move, so it is no path
             continue
         curve = _curve(segment)
         if curve is not None:
             outline.append(curve)
-        if isinstance(segment, svg.Close) and outline:
-            yield outline
-            outline = []
-    if outline:
-        yield outline
+        elif dots:
+            dot = [Straight(_complex(segment.end), _complex(segment.end))]
+        if isinstance(segment, svg.Close) and (outline or dot):
+            yield outline or dot
+            outline, dot = [], []
+    if outline or dot:
+        yield outline or dot
 
 
 def _curve(segment: svg.PathSegment) -> Curve | None:
     start, end = _complex(segment.start), _complex(segment.end)
-    if isinstance(segment, svg.CubicBezier):
-        return Cubic(start, _complex(segment.control1), _complex(segment.control2), end)
-    if isinstance(segment, svg.QuadraticBezier):
-        return Cubic.quadratic(start, _complex(segment.control), end)
+    if isinstance(segment, svg.CubicBezier | svg.QuadraticBezier):
+        curve = (Cubic(start, _complex(segment.control1), _complex(segment.control2), end)
+                 if isinstance(segment, svg.CubicBezier) else
+                 Cubic.quadratic(start, _complex(segment.control), end))
+        return None if set(curve) == {start} else curve
     if isinstance(segment, svg.Arc) and segment.sweep:
         centre = _complex(segment.center)
         u, v = _complex(segment.prx) - centre, _complex(segment.pry) - centre
@@ -395,8 +464,11 @@ def _paint(style: Mapping[str, str]) -> tuple[str, bool] | None:
     """Return the colour that an element shows, and whether it is of its stroke; None if none."""
     if style["visibility"] != "visible":
         return None
-    width = _length(style["stroke-width"], 100)
-    for kind, shows in (("stroke", width > 0), ("fill", True)):
+    try:
+        width = length(style["stroke-width"], 100)
+    except Unreadable:
+        width = None  # as any width does
+    for kind, shows in (("stroke", width is None or width > 0), ("fill", True)):
         text = style[kind]
         if text.lower() == "currentcolor":
             text = style["color"]
@@ -409,11 +481,55 @@ def _paint(style: Mapping[str, str]) -> tuple[str, bool] | None:
     return None
 
 
-def _page(root: Element) -> tuple[float, float]:
+def _displayed(style: Mapping[str, str]) -> bool:
+    return style["display"] != "none" and _number(style["opacity"], 1) > 0
+
+
+def _understood(element: Element) -> bool:
+    """Return whether an element is for those who read English."""
+    languages = element.get("systemLanguage")
+    return languages is None or any(re.fullmatch("en(-.*)?", each.strip().lower())
+                                    for each in languages.split(","))
+
+
+def _beyond_view(outlines: list[list[Curve]], view: _View) -> bool:
+    """Return whether a view cuts off what is drawn, by more than a thousandth of its size."""
+    slack = 1e-3 * max(view.width, view.height)
+
+    def beyond(points: Polyline) -> bool:
+        return bool(np.any((points.real < -slack) | (points.real > view.width + slack)
+                           | (points.imag < -slack) | (points.imag > view.height + slack)))
+
+    curves = [curve for outline in outlines for curve in outline]
+    around = np.array([point for curve in curves for point in (
+        curve.corners() if isinstance(curve, Ellipse) else curve)])
+    back = view.inverse
+    return beyond(back.x * around.real + back.y * around.imag + back.origin) and any(
+        beyond(curve.moved(back).bounds()) for curve in curves)
+
+
+def _place(element: Element, context: _Context) -> complex:
+    """Return x and y of what makes a viewport, or of a use."""
+    x, y = (length(context.style.get(key, element.get(key)), whole) or 0.0
+            for key, whole in (("x", context.width), ("y", context.height)))
+    return complex(x, y)
+
+
+def _size(element: Element, style: Mapping[str, str], context: _Context,
+          auto: tuple[float, float] | None = None) -> tuple[float, float]:
+    """Return width and height of what makes a viewport, or of a use; if not given, these or all."""
+    width, height = context.width, context.height
+    own = [length(style.get(key, element.get(key)), whole)
+           for key, whole in (("width", width), ("height", height))]
+    first, second = (default if given is None else given
+                     for given, default in zip(own, auto or (width, height), strict=True))
+    return first, second
+
+
+def _page(root: Element, style: Mapping[str, str]) -> tuple[float, float]:
     """Return width and height of a document in pixels: by its units, or else by its view box."""
     box = _view_box(root)
-    width, height = (None if text is None or text.strip().endswith("%") or text == "auto"
-                     else _length(text, 0) for text in (root.get("width"), root.get("height")))
+    width, height = (_side(style.get(key, root.get(key))) for key in ("width", "height"))
     if box is None or box[2] <= 0 or box[3] <= 0:
         return width or 300.0, height or 150.0  # as browsers have it
     if width is None:
@@ -430,14 +546,12 @@ def _view_box(element: Element) -> tuple[float, float, float, float] | None:
     return (x, y, width, height) if all(map(isfinite, (x, y, width, height))) else None
 
 
-def _length(text: str | None, whole: float) -> float:
-    """Return a length in pixels; `whole` is what 100 % are. What is no length is 0."""
-    text = (text or "0").strip().replace("rem", "em")
+def _side(text: str | None) -> float | None:
+    """Return a side of the page in pixels; None if it is by the window that would show it."""
     try:
-        value = svg.Length(text).value(ppi=96, relative_length=whole, font_size=16, font_height=8)
-        return float(value)
-    except (ValueError, TypeError):
-        return 0.0
+        return None if text is None or text.strip().endswith("%") else length(text, 0)
+    except Unreadable:
+        return None
 
 
 def _number(text: str, default: float) -> float:

@@ -24,6 +24,20 @@ def test_pens_have_their_colours():
     assert pen_colours([RED, RED]) == list(PALETTE[:2])
 
 
+def test_texts_are_not_cut_and_have_letters_that_the_font_has():
+    narrow = Wall(2, 2000, top=1, margin=0)
+    fact = "about a minute, half of it with the pen down"
+    part = RED._replace(lines=[np.array([1 + 5j, 1 + 1500j])])
+    image = draw_wall([part], narrow, "a", [fact])
+    assert image.size[0] > 10 * len(fact) / 2
+    paper = np.asarray(image)[:, -20:]
+    assert (paper == paper[0, 0]).all()  # a margin
+    long = draw_wall([part._replace(name="x" * 500)], narrow, "\u00c9t\u00e9\n" * 99, [fact])
+    assert long.size[0] < 1000
+    same = [draw_wall([part], narrow, title, [fact]) for title in ("\u00c9t\u00e9\nb", "Ete b")]
+    assert same[0] == same[1]
+
+
 def test_what_was_done_is_drawn_over_what_was_asked_for():
     done = [[np.array([100 + 245j, 900 + 195j])]]
     plain, both = (draw_wall([RED], WALL, "title", done=each) for each in ([], done))

@@ -55,6 +55,10 @@ def test_shapes(tmp_path, body, box):
     ("translate(10) rotate(90) scale(2)", [8, 0, 10, 4]),
     ("skewX(45)", [0, 0, 3, 1]),
     ("matrix(0 1 1 0 7 8)", [7, 8, 8, 10]),
+    ("rotate(.25turn)", [-1, 0, 0, 2]), ("ROTATE(100grad)", [-1, 0, 0, 2]),
+    ("translate(50%, 10%)", [50, 10, 52, 11]), ("translate3d(1mm, 0, 5px)",
+                                                [96 / 25.4, 0, 2 + 96 / 25.4, 1]),
+    ("translateX(5px)scaleY(200%)", [5, 0, 7, 2]),
 ])
 def test_transforms(tmp_path, transform, box):
     rect = '<rect width="2" height="1"/>'
@@ -126,6 +130,53 @@ def test_nesting(tmp_path, body, box):
 
 
 SEEN = '<rect width="1" height="1"/>'
+
+
+@pytest.mark.parametrize(("origin", "box"), [
+    ("10px 20px", [-30, 20, 10, 50]), ("50% 50%", [40, 10, 80, 40]), ("center", [40, 10, 80, 40]),
+    ("top right", [40, -90, 80, -60]), ("0 0 0", [-60, 10, -20, 40]),
+])
+def test_transforms_are_about_their_origin(tmp_path, origin, box):
+    about = f'transform-origin:{origin}'
+    rect = '<rect x="10" y="20" width="30" height="40"'
+    assert corners(tmp_path, f'{rect} style="transform:rotate(90deg);{about}"/>') == box
+    assert corners(tmp_path, f'{rect} transform="rotate(90)" transform-origin="{origin}"/>') == box
+
+
+@pytest.mark.parametrize(("body", "box"), [
+    ('<ellipse cx="50" cy="50" rx="30" ry="auto"/>', [20, 20, 80, 80]),
+    ('<rect width="5" height="9" style="x:50px;width:30px"/>', [50, 0, 80, 9]),
+    ('<rect width="101.6q" height="101.6Q"/>', [0, 0, 96, 96]),
+    ('<symbol id="s" viewBox="0 0 10 10"><rect width="5" height="10"/></symbol>'
+     '<use href="#s" width="auto"/>', [0, 0, 50, 100]),
+    ('<switch><title>a</title><g systemLanguage="de"><rect width="9" height="9"/></g>'
+     '<rect systemLanguage="en-GB" width="5" height="5"/><rect width="1" height="1"/></switch>',
+     [0, 0, 5, 5]),
+    ('<rect width="5" height="9"/><text><title>a tip</title></text>', [0, 0, 5, 9]),
+])
+def test_what_is_not_written_as_usual(tmp_path, body, box):
+    assert corners(tmp_path, body) == box
+
+
+def test_a_page_of_no_width_is_as_its_view_box(tmp_path):
+    assert corners(tmp_path, '<rect width="5" height="9"/>', 'viewBox="0 0 10 10" width="foo"') == [
+        0, 0, 5, 9]
+
+
+@pytest.mark.parametrize("dot", ['path d="M50 50h0"', 'line x1="50" y1="50" x2="50" y2="50"'])
+def test_lines_without_length_are_dots_if_their_ends_are_round(tmp_path, dot):
+    round_one, = lines(tmp_path, f'<{dot} stroke="red" stroke-linecap="round"/>')
+    assert set(round_one) == {50 + 50j}
+    with pytest.raises(UserError, match="has nothing that a pen can draw"):
+        lines(tmp_path, f'<{dot} stroke="red"/>')
+
+
+def test_nesting_and_uses_together_are_bounded(tmp_path):
+    links = "".join(f'<g id="l{link}">{"<g>" * 50}<use href="#l{link + 1}"/>{"</g>" * 50}</g>'
+                    for link in range(60))
+    with pytest.raises(UserError, match="nested deeper than 256, those used again included"):
+        lines(tmp_path, f'<defs>{links}<rect id="l60" width="5" height="5"/></defs>'
+                        '<use href="#l0"/>')
 
 
 @pytest.mark.parametrize("hidden", [
@@ -214,6 +265,17 @@ def test_groups_at_the_top_stand_for_layers(tmp_path):
     ('<path d="M0 0H5L bad" stroke="red"/>', "path data damaged, drawn up to there"),
     ('<foreignObject width="9" height="9"/>', "foreign object"),
     ('<style>@media print { rect { fill: none } }</style>', "style rules not understood"),
+    ('<path d="M0 0H5" stroke="red" style="marker:url(#a)"/>', "marker ignored"),
+    ('<path d="M0 0H5" stroke="red" style="d:path(&quot;M0 0H9&quot;)"/>',
+     "path data of style ignored"),
+    ('<svg width="9" height="9"><rect width="10" height="1"/></svg>', "viewport clipping ignored"),
+    ('<svg width="9" height="9" viewBox="0 0 18 9" preserveAspectRatio="xMinYMin slice">'
+     '<rect width="18" height="9"/></svg>', "viewport clipping ignored"),
+    ('<rect x="99" width="9" height="9"/>', "outside the page, drawn all the same"),
+    ('<rect systemLanguage="xx" width="1" height="1"/>',
+     "what is for another language than English"),
+    ('<svg refX="5" width="9" height="9"><rect width="1" height="1"/></svg>',
+     "refX and refY ignored"),
 ])
 def test_what_is_not_drawn_as_it_looks_is_noted(tmp_path, body, note):
     assert read_drawing(write(tmp_path, SEEN + body)).notes() == note
@@ -238,7 +300,14 @@ def test_what_is_not_drawn_as_it_looks_is_noted(tmp_path, body, note):
     (svg('<g transform="scale(1e999)"><rect width="1" height="2"/></g>'), "too large"),
     (svg('<g transform="scale(1e200)"><g transform="scale(1e200)"><rect width="1" height="2"/>'
          '</g></g>'), "too large"),
-    (svg('<rect width="1" height="1" transform="matrix(1 2)"/>'), "cannot be read"),
+    *((svg(f'<rect width="1" height="1" transform="{each}"/>'), "cannot be read") for each in (
+        "matrix(1 2)", "turn(1)", "translate(1", "translate(calc(1px + 2px))", "rotate(1px)")),
+    *((svg(f'<rect width="1" height="1" style="{each}"/>'), message) for each, message in (
+        ("translate:5px", "the property translate of CSS is not read"),
+        ("transform:scale(2);transform-box:fill-box", "transform-box 'fill-box' is not read"),
+        ("transform:scale(2);transform-origin:here", "transform-origin 'here' cannot be read"),
+        ("width:5vw", "length '5vw' cannot be read"))),
+    (svg('<text fill="none"><tspan fill="red">A</tspan></text>'), "has text, 'A'"),
     (svg('<g id="a"><use href="#a"/></g>'), "#a uses itself"),
     (svg('<defs><g id="a"><use href="#b"/></g><g id="b"><use href="#a"/></g></defs>'
          '<use href="#a"/>'), "uses itself"),
