@@ -268,7 +268,7 @@ class _Reader:
         affine = context.affine.after(Affine(origin=at))
         views = context.views
         if is_root:
-            if box is not None or element.get("width") and element.get("height"):
+            if box is not None or None not in _sides(element, context.style):
                 views = (_View(affine.inverse(), width, height,
                                "outside the page, drawn all the same"),)
         elif context.style["overflow"] not in ("visible", "auto"):
@@ -316,8 +316,7 @@ class _Reader:
         for child in element:
             style = self._styles.of(child, context.style)
             if local_name(child) in PARTS_OF_TEXT and _displayed(style):
-                yield from self._seen(child, replace(
-                    context, style=style, nested=nested))
+                yield from self._seen(child, replace(context, style=style, nested=nested))
             yield (child.tail or "") * painted
 
     def _shape(self, name: str, element: Element, context: _Context) -> None:
@@ -411,8 +410,7 @@ def _basic(name: str, element: Element, context: _Context) -> svg.Shape | str:
 def _subpaths(path: svg.Path, dots: bool) -> Iterator[list[Curve]]:
     """Yield what lies between two moves of a path, without what has no length.
 
-    Of that what lies at one place altogether is a dot, and one of a line without length, if there
-    are `dots`.
+    With `dots`, one that has lines, but altogether no length, is a line from a point to itself.
     """
     outline: list[Curve] = []
     dot: list[Curve] = []
@@ -529,7 +527,7 @@ def _size(element: Element, style: Mapping[str, str], context: _Context,
 def _page(root: Element, style: Mapping[str, str]) -> tuple[float, float]:
     """Return width and height of a document in pixels: by its units, or else by its view box."""
     box = _view_box(root)
-    width, height = (_side(style.get(key, root.get(key))) for key in ("width", "height"))
+    width, height = _sides(root, style)
     if box is None or box[2] <= 0 or box[3] <= 0:
         return width or 300.0, height or 150.0  # as browsers have it
     if width is None:
@@ -546,12 +544,16 @@ def _view_box(element: Element) -> tuple[float, float, float, float] | None:
     return (x, y, width, height) if all(map(isfinite, (x, y, width, height))) else None
 
 
-def _side(text: str | None) -> float | None:
-    """Return a side of the page in pixels; None if it is by the window that would show it."""
-    try:
-        return None if text is None or text.strip().endswith("%") else length(text, 0)
-    except Unreadable:
-        return None
+def _sides(root: Element, style: Mapping[str, str]) -> list[float | None]:
+    """Return width and height that a document gives; None where the window decides."""
+    found: list[float | None] = []
+    for key in ("width", "height"):
+        text = style.get(key, root.get(key, "auto"))
+        try:
+            found.append(None if text.strip().endswith("%") else length(text, 0))
+        except Unreadable:
+            found.append(None)
+    return found
 
 
 def _number(text: str, default: float) -> float:

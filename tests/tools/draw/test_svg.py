@@ -10,7 +10,10 @@ from tests.tools.draw.drawings import distances, svg, write
 from tools.console import UserError
 from tools.draw import document
 from tools.draw import svg as reading
+from tools.draw.order import vpype_missing
+from tools.draw.plan import plan
 from tools.draw.svg import read_drawing
+from tools.draw.wall import Wall
 
 
 def lines(folder, body, attributes='width="100" height="100"'):
@@ -101,6 +104,8 @@ def test_arcs_lie_on_their_ellipse(tmp_path, flags, skew):
     ('width="10mm" viewBox="0 0 10 10"', [96 / 25.4] * 2 + [192 / 25.4] * 2),
     ('width="100%" height="100%" viewBox="-1 -1 10 10"', [2, 2, 3, 3]),
     ('viewBox="bad"', [1, 1, 2, 2]),
+    ('width="100vw" height="calc(5px)" viewBox="-1 -1 10 10"', [2, 2, 3, 3]),
+    ('width="1" style="width: 100px; height: 100px" viewBox="0 0 10 10"', [10, 10, 20, 20]),
 ])
 def test_view_boxes(tmp_path, attributes, box):
     assert corners(tmp_path, '<rect x="1" y="1" width="1" height="1"/>', attributes) == box
@@ -209,6 +214,10 @@ def test_nesting_and_uses_together_are_bounded(tmp_path):
     '<svg viewBox="0 0 0 0"><rect width="9" height="9"/></svg>',
     '<text display="none">no</text>',
     '<text>  </text>',
+    '<text><tspan visibility="hidden">no</tspan></text>',
+    '<path d="M9 9h0M9 9z" stroke="red"/>',
+    '<path d="M9 9c0 0 0 0 0 0"/>',
+    '<path d="M9 9" stroke="red" stroke-linecap="round"/>',
     '<inkscape:path d="M0 0H9"/>',
     '<unknown><rect width="9" height="9"/></unknown>',
 ])
@@ -231,6 +240,35 @@ def test_the_edge_of_a_fill_is_closed_and_a_stroke_is_not(tmp_path):
 def test_what_follows_a_close_begins_at_its_start(tmp_path):
     first, second = lines(tmp_path, '<path d="M1 1h4v4zl-5 0" stroke="red" fill="none"/>')
     assert first[0] == first[-1] == second[0] == 1 + 1j and second[-1] == -4 + 1j
+
+
+@pytest.mark.parametrize("cap", ["round", "square"])
+@pytest.mark.parametrize(("body", "points"), [
+    ('<path d="M5 6h0"/>', [5 + 6j]),
+    ('<path d="M5 6zM7 8h0v0M9 9"/>', [5 + 6j, 7 + 8j]),
+    ('<path d="M5 6c0 0 0 0 0 0m1 1q0 0 0 0"/>', [5 + 6j, 6 + 7j]),
+    ('<line x1="5" x2="5" y1="6" y2="6"/>', [5 + 6j]),
+    ('<polyline points="5 6 5 6"/>', [5 + 6j]),
+])
+def test_lines_without_length_are_dots_if_they_have_caps(tmp_path, cap, body, points):
+    dots = lines(tmp_path, f'<g stroke="red" stroke-linecap="{cap}">{body}</g>')
+    assert [dot.tolist() for dot in dots] == [[point] * 2 for point in points]
+
+
+def test_a_line_of_some_length_has_no_dots(tmp_path):
+    line, = lines(tmp_path, '<path d="M5 6h0h4v0" fill="none" stroke="red" '
+                            'stroke-linecap="round"/>')
+    assert line.tolist() == [5 + 6j, 9 + 6j]
+
+
+@pytest.mark.parametrize("vpype", [False, True])
+def test_dots_come_to_the_wall(tmp_path, vpype):
+    if vpype and (missing := vpype_missing()):
+        pytest.skip(missing)
+    drawing = read_drawing(write(tmp_path, '<path d="M0 0h0M9 0h0M0 9h0M9 0h0M5 5h4" stroke="red" '
+                                           'fill="none" stroke-linecap="round"/>'))
+    planned = plan(drawing, Wall(), effort=0.01, vpype=vpype)
+    assert sorted(len(set(line.tolist())) for line in planned.lines) == [1, 1, 1, 2]
 
 
 def test_layers_and_colours(tmp_path):
@@ -283,6 +321,22 @@ def test_what_is_not_drawn_as_it_looks_is_noted(tmp_path, body, note):
     assert twice == f"{note} (2)"
 
 
+@pytest.mark.parametrize("body", [
+    '<svg width="9" height="9"><circle cx="4.5" cy="4.5" r="4.5"/></svg>',
+    '<svg width="9" height="9"><path d="M0 0C12 0 12 9 0 9"/></svg>',  # its control points are
+    '<svg width="9" height="9" overflow="visible"><rect width="10" height="5"/></svg>',
+    '<svg width="9" height="9" style="overflow: visible"><rect width="10" height="5"/></svg>',
+    '<path d="M50 0V100.01"/>',
+])
+def test_what_is_not_cut_off_is_not_noted(tmp_path, body):
+    assert not read_drawing(write(tmp_path, body)).notes()
+
+
+@pytest.mark.parametrize("attributes", ["", 'width="100%" height="100%"', 'width="90mm"'])
+def test_without_a_size_there_is_no_page(tmp_path, attributes):
+    assert not read_drawing(write(tmp_path, '<rect width="9000" height="1"/>', attributes)).notes()
+
+
 @pytest.mark.parametrize(("text", "message"), [
     ("", "is empty"),
     ("\n ", "is empty"),
@@ -308,6 +362,7 @@ def test_what_is_not_drawn_as_it_looks_is_noted(tmp_path, body, note):
         ("transform:scale(2);transform-origin:here", "transform-origin 'here' cannot be read"),
         ("width:5vw", "length '5vw' cannot be read"))),
     (svg('<text fill="none"><tspan fill="red">A</tspan></text>'), "has text, 'A'"),
+    (svg('<text>a<title>t</title><tspan fill="none">b</tspan>c</text>'), "has text, 'ac'"),
     (svg('<g id="a"><use href="#a"/></g>'), "#a uses itself"),
     (svg('<defs><g id="a"><use href="#b"/></g><g id="b"><use href="#a"/></g></defs>'
          '<use href="#a"/>'), "uses itself"),
@@ -356,6 +411,16 @@ def test_uses_that_grow_without_bounds_are_refused(tmp_path, monkeypatch):
     with pytest.raises(UserError, match="more than 5000 elements"):
         read_drawing(write(tmp_path, f'<defs><rect id="a0" width="1" height="1"/>{levels}</defs>'
                                      '<use href="#a11"/>'))
+
+
+def test_texts_are_nested_no_deeper(tmp_path):
+    text = "<text>" + "<tspan>" * 200 + "a" + "</tspan>" * 200 + "</text>"
+    with pytest.raises(UserError, match="has text"):
+        read_drawing(write(tmp_path, text))
+    groups = "<g>" * 100, "</g>" * 100
+    with pytest.raises(UserError, match="nested deeper than 256"):
+        read_drawing(write(tmp_path, f'<g display="none"><g id="a">{text}</g></g>'
+                                     f'{groups[0]}<use href="#a"/>{groups[1]}'))
 
 
 def test_compressed_files(tmp_path, monkeypatch):
