@@ -88,7 +88,9 @@ def transform(text: str, width: float, height: float) -> Affine:
     """
     rest = re.sub(r"/\*.*?\*/", " ", text).strip().lower()
     whole = Affine()
-    while rest and rest != "none":
+    if rest == "none":
+        return whole
+    while rest:
         try:
             function = _matched(FUNCTION, rest, 0)
             counts, make = FUNCTIONS[function[1]]

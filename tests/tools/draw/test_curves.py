@@ -78,3 +78,16 @@ def test_an_ellipse_begins_and_ends_where_it_says():
     assert part.start == pytest.approx(1 + 1j) and part.end == pytest.approx(3)
     turned = part.moved(Affine(exp(1j), 1j * exp(1j)))
     assert turned.end == pytest.approx(3 * exp(1j))
+
+
+def test_an_inverse_undoes():
+    affine = Affine(2 + 1j, 1 - 3j, 5 + 7j)
+    for point in (0j, 1 + 2j, -4 + 5j):
+        assert affine.inverse()(affine(point)) == pytest.approx(point)
+
+
+def test_the_corners_of_an_ellipse_are_around_it():
+    arc = Ellipse(1 + 2j, 3 + 1j, -1 + 2j, 0.3, 5)
+    points, corners = arc.bounds(), np.array(arc.corners())
+    assert points.real.min() >= corners.real.min() and points.real.max() <= corners.real.max()
+    assert points.imag.min() >= corners.imag.min() and points.imag.max() <= corners.imag.max()
