@@ -1,4 +1,4 @@
-"""The order of lines: nothing is lost, nothing is drawn twice, and the travel never grows."""
+"""The order of lines: nothing is lost or drawn twice, and no order has more travel than the first."""
 
 from collections import Counter
 
@@ -118,7 +118,7 @@ def test_lines_that_are_there_twice_are_drawn_once():
 @given(lines=LINES, rest=POINTS)
 def test_all_together(vpype, lines, rest):
     done = ordered(lines, 1e-6, rest, vpype=vpype)
-    assert done.after <= done.before + 1e-3
+    assert done.after <= travel(deduplicated(lines), rest) + 1e-3  # one less may be a longer way
     assert done.after == travel(done.lines, rest) and done.before == travel(lines, rest)
     # Simplifying joins what is straight, so points of each must be on the other.
     for some, others in ((lines, done.lines), (done.lines, lines)):
