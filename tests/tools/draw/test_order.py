@@ -1,4 +1,4 @@
-"""The order of lines: nothing is lost or drawn twice, and no order has more travel than the first."""
+"""The order of lines: nothing is lost or drawn twice, and no order is longer than the first."""
 
 from collections import Counter
 
