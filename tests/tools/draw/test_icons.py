@@ -1,4 +1,4 @@
-"""Drawings that others made: icons of Debian, drawn within the area or refused in a line."""
+"""Icons and clip art of Debian: drawn within the area, or refused in a line."""
 
 from collections import Counter
 from pathlib import Path
@@ -13,20 +13,32 @@ from tools.draw.program import gcode
 from tools.draw.svg import read_drawing
 from tools.draw.wall import Wall
 
-THEMES = {"tango-icon-theme": "Tango/scalable", "adwaita-icon-theme": "Adwaita"}
-ICONS = Path("/usr/share/icons")
+THEMES = {"tango-icon-theme": "icons/Tango/scalable", "adwaita-icon-theme": "icons/Adwaita"}
+CLIP_ART = {"openclipart-svg": "openclipart/svg"}
+SHARE = Path("/usr/share")
 WALL = Wall()
+
+EVERY = 60
+"""Of so many clip arts one is taken."""
 
 
 def drawings(folder: str) -> list[Path]:
-    """Return the files of a theme, those once that are there under several names."""
-    return sorted(path for path in (ICONS / folder).rglob("*.svg") if not path.is_symlink())
+    """Return the files of a package, those once that are there under several names."""
+    return sorted(path for path in (SHARE / folder).rglob("*.svg") if not path.is_symlink())
+
+
+def chosen(package: str) -> list[Path]:
+    """Return what is drawn of a package: of clip art some, each once of those in several folders."""
+    if package in THEMES:
+        return drawings(THEMES[package])
+    by_name = {path.name: path for path in drawings(CLIP_ART[package])}
+    return [*by_name.values()][::EVERY]
 
 
 @pytest.mark.drawings
-@pytest.mark.parametrize("package", THEMES)
+@pytest.mark.parametrize("package", [*THEMES, *CLIP_ART])
 def test_each_is_drawn_within_the_area_or_refused(package):
-    if not (files := drawings(THEMES[package])):
+    if not (files := chosen(package)):
         pytest.skip(f"{package} missing: apt-get install {package}")
     assert len(files) >= 30
     done = Counter()

@@ -12,7 +12,7 @@ import svgelements
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFilter
 
-from tests.tools.draw.test_icons import ICONS, THEMES, drawings
+from tests.tools.draw.test_icons import SHARE, THEMES, drawings
 from tools.console import UserError
 from tools.draw.document import SVG, local_name
 from tools.draw.svg import BASIC, read_drawing
@@ -103,7 +103,7 @@ def test_outlines_are_those_of_librsvg(package, tmp_path):
         except UserError:
             continue  # which test_icons.py counts
         theirs = of_librsvg(data)
-        where = path.relative_to(ICONS)
+        where = path.relative_to(SHARE)
         assert (ours < 160).sum() > 100, where
         assert without(ours, theirs) <= STRAY and without(theirs, ours) <= STRAY, where
         compared += 1
