@@ -28,7 +28,7 @@ def drawings(folder: str) -> list[Path]:
 
 
 def chosen(package: str) -> list[Path]:
-    """Return what is drawn of a package: of clip art some, each once of those in several folders."""
+    """Return what is drawn of a package: of clip art some, each once if it is in two folders."""
     if package in THEMES:
         return drawings(THEMES[package])
     by_name = {path.name: path for path in drawings(CLIP_ART[package])}
