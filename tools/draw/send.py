@@ -7,7 +7,7 @@ from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import suppress
 
 from fresa_host import GCode, JobStopped, MachineError
-from fresa_host.gcode_lines import program
+from fresa_host.gcode_lines import Position, program
 
 from ..console import Progress, UserError, warn
 from ..keyboard import Ended, Keyboard
@@ -59,11 +59,14 @@ def send(sections: Sequence[Section], open_machine: Callable[[], GCode], wall: W
         except MachineError as error:
             raise UserError(str(error)) from error
         with machine:
-            _check_wall(machine, wall)
+            area = _area(machine)
+            if area is not None:
+                _check_wall(*area, wall)
             if home:
                 with Progress(1, "machines", "homing"):
                     _watched(machine, keyboard, lambda: machine.home())
-                _check_rest(machine, wall)
+                if area is not None:
+                    _check_rest(machine.machine_position, area[1], wall)
             elif machine.state == "Alarm":
                 raise UserError("the machine is locked, as its place is unknown: home it, by "
                                 "--home")
@@ -75,11 +78,8 @@ def send(sections: Sequence[Section], open_machine: Callable[[], GCode], wall: W
     return time.monotonic() - begun
 
 
-def _check_wall(machine: GCode, wall: Wall) -> None:
-    """Refuse a machine of another wall, as far as its settings tell."""
-    if (area := _area(machine)) is None:
-        return
-    width, height = area
+def _check_wall(width: float, height: float, wall: Wall) -> None:
+    """Refuse a machine of another wall, as far as the size of where it draws tells, in mm."""
     lowest = wall.height - wall.top
     if abs(width - wall.width) > NEAR_MM or not (
             lowest - NEAR_MM <= height < wall.height + NEAR_MM):
@@ -89,15 +89,12 @@ def _check_wall(machine: GCode, wall: Wall) -> None:
             f"{lowest:g}; see --wall and --top")
 
 
-def _check_rest(machine: GCode, wall: Wall) -> None:
+def _check_rest(position: Position, height: float, wall: Wall) -> None:
     """Refuse a machine that is not at the place of rest when it has homed: so is its height known.
 
-    Its positions count from the upper right corner of where it draws.
+    Its positions count from the upper right corner of where it draws, which is so high, in mm.
     """
-    if (area := _area(machine)) is None:
-        return
-    x, y, _ = machine.machine_position
-    place = complex(wall.width + x, wall.height - area[1] - y)
+    place = complex(wall.width + position.x, wall.height - height - position.y)
     if abs(place - wall.resting) > NEAR_MM:
         raise UserError(
             f"the machine hangs on another wall, or rests elsewhere: by its position it is at "

@@ -152,7 +152,7 @@ def test_a_machine_that_is_locked(fake, tmp_path, typed, capsys):
     fake.closed = False
     del fake.lines[:]
     assert run(path, "--pens", "one", "--home") == 0
-    assert fake.lines[:3] == ["$$", "$H", "$$"] and fake.lines[-1] == "M2"
+    assert fake.lines[:3] == ["$$", "$H", "G21 G90 G94 G54"] and fake.lines[-1] == "M2"
 
 
 @pytest.mark.parametrize(("settings", "arguments"), [
