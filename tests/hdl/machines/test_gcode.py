@@ -488,6 +488,45 @@ def test_a_reset_ends_a_list(session, clocks):
     assert lines[-1] == "ok"
 
 
+@pytest.mark.parametrize(("line", "answer"), [
+    ("G2X0Y0I0J0F500", "error:33"), ("G2X1Y0I.5J-8600F500", "error:33"),
+    ("G2X1Y0I.5J-8580F500", "ok"), ("G91G19G2X1Y0R1F500", "error:34"), ("G91G2X2Y0R-1F500", "ok"),
+    ("G0X34359", "ok"), ("G0X34360", "error:38"), ("G91G0X-34359", "error:33"),
+    ("G1.004X1F10", "error:23"), ("M65539", "error:20"), ("S000000000001.5", "ok")])
+def test_lines_that_are_answered_otherwise_than_by_grbl(session, line, answer):
+    """As docs/gcode.md says; nothing moves in check mode."""
+    assert session.send(f"$C\nG0X-1\n{line}\n") == ["[MSG:Enabled]", "ok", "ok", answer]
+
+
+@pytest.mark.parametrize(("line", "answer"), [
+    ("$11=0", "error:4"), ("$27=0", "error:4"), ("$7=-1", "error:3"), ("$20=2", "error:38"),
+    ("$10.5=1", "error:3"), ("$+10=3", "error:3"), ("$JG91X1", "error:3"),
+    ("$J=X.1F0G0", "error:22"), ("$J=X.1F9G2", "error:16"), ("$N0=$G", "error:1"),
+    ("$J=F5000", "ok")])
+def test_system_lines_that_are_answered_otherwise_than_by_grbl(session, line, answer):
+    """The last would go to 0 with GRBL."""
+    session.send("G0X1\n")
+    before = list(session.position)
+    assert session.send(f"{line}\n") == [answer]
+    assert session.position == before
+
+
+def test_a_feed_beyond_the_fastest_is_listed_as_that(session):
+    assert "F128849 " in session.send("F200000\n$G\n")[1]
+
+
+def test_an_open_door_leaves_the_spindle_and_the_coolant(session):
+    session.send("M3S500M8\n")
+    assert tuple(session.engine.get("spindle", "flood")) == (1, 1)
+    session.engine.set(door=1)
+    session.run(400_000)
+    assert session.read() == ["[MSG:Check Door]"]
+    session.send("?", wait=False, read=False)
+    session.run(20_000)
+    assert session.read()[0].startswith("<Door:1|")
+    assert tuple(session.engine.get("spindle", "flood")) == (1, 1)
+
+
 def test_homing_that_finds_no_switch_is_an_alarm(design):
     with CXXRTLEngine(design) as engine:
         session = Session(engine)
