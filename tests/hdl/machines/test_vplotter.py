@@ -16,6 +16,7 @@ from tb.boards import component
 from tb.design import Design
 from tb.engines import CXXRTLEngine
 from tb.machines.vplotter.scenarios import GREETING, WallSession, from_chord
+from tests.tools.process import ROOT
 
 SETTINGS = VPlotterSettings(
     clock=2_000_000, baud=125_000, wall_width=60, wall_height=60, least_y=10, rest=(30, 30),
@@ -402,6 +403,13 @@ class TestSettings:
         assert settings.steps_per_mm[0] == Fraction("203.718")
         assert settings.ticks(1768) == 360_173
         assert settings.line_baud == 9600
+
+    def test_the_largest_wall(self):
+        assert VPlotterSettings(wall_width=2573, wall_height=2573).ticks(2573) < 1 << 19
+        with pytest.raises(ValueError, match="2573 mm wide and high at most, not 2574"):
+            VPlotterSettings(wall_height=2574)
+        assert "A wall may be 2573 mm wide and\nhigh at most" in (
+            ROOT / "docs" / "vplotter.md").read_text(encoding="utf-8")
 
 
 @compiled
