@@ -2,6 +2,7 @@
 
 from fresa.arithmetic import Line
 from fresa.motion import (
+    AccessoryRestart,
     BlockLoader,
     BlockMotion,
     GCodeHoming,
@@ -281,6 +282,32 @@ def g_code_probing(run: Run) -> str:
 
     run.simulate(dut, test, watch)
     return "kept where it touched, and begun there and where it stands; then nothing moves"
+
+
+@bench
+def accessory_restart(run: Run) -> str:
+    """A door opens, closes, and opens again while the spindle gets its speed."""
+    dut = AccessoryRestart(spindle_log2=2, coolant_log2=1)
+
+    async def test(ctx):
+        for pin in dut.beat, dut.spindle, dut.coolant, dut.off:
+            ctx.set(pin, 1)
+        await ctx.tick()
+        run.see(ctx, dut, spindle_off=1, coolant_off=1)
+        for clocks in 2, 10:
+            ctx.set(dut.off, 1)
+            await ctx.tick()
+            run.see(ctx, dut, spindle_off=1, coolant_off=1)
+            ctx.set(dut.off, 0)
+            ctx.set(dut.restart, 1)
+            await ctx.tick().repeat(clocks)
+            run.see(ctx, dut, spindle_off=0, coolant_off=int(clocks == 2))
+        run.see(ctx, dut, restarted=1)
+        ctx.set(dut.restart, 0)
+        await ctx.tick()
+
+    run.simulate(dut, test)
+    return "both are off; the spindle starts twice, the coolant once, 5 clocks later"
 
 
 @bench

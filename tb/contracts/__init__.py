@@ -1,5 +1,6 @@
 """Contracts of the components that machines are made of, to be proved by `tools.prove`."""
 
+from .accessory_restart import ACCESSORY_RESTART
 from .arithmetic_unit import ARITHMETIC_UNIT
 from .automatic import AUTOMATIC
 from .axes import AXES
@@ -133,6 +134,7 @@ GENERAL = {
     "block_loader": BLOCK_LOADER,
     "block_motion": BLOCK_MOTION,
     "overrides": OVERRIDES,
+    "accessory_restart": ACCESSORY_RESTART,
     "gcode_planner": GCODE_PLANNER,
     "gcode_homing": GCODE_HOMING,
     "bowed_line": BOWED_LINE,

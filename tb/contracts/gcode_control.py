@@ -42,11 +42,28 @@ def describe(c: Contract, dut: GCodeControl) -> None:
                   when=known & c.past(came(HOLD) & state("IDLE", "RUN") & ~dut.reset),
                   then=dut.hold & state("HOLD", "DOOR", "ALARM"))
     c.implication("door-in-a-clock", "So does an open door.",
-                  when=known & c.past(dut.door & state("IDLE", "RUN", "HOLD", "JOG", "HOME")),
+                  when=known & c.past(dut.door & state("IDLE", "RUN", "HOLD", "JOG", "HOME", "RENEW")),
                   then=dut.hold | c.past(cancelling))
     c.implication("door-stays", "With the door open nothing resumes.",
-                  when=known & c.past(dut.door & state("DOOR") & ~dut.reset),
+                  when=known & c.past(dut.door & state("DOOR", "RENEW") & ~dut.reset),
                   then=state("DOOR", "ALARM"))
+    c.implication("door-lasts", "It lasts until a resume while it stands, closed, or a reset.",
+                  when=known & c.past(state("DOOR") & ~(came(RESUME) & dut.standing) & ~dut.reset),
+                  then=state("DOOR", "ALARM"))
+    c.implication("accessories-first", "Then nothing moves before accessories are on again.",
+                  when=known & c.past(state("DOOR", "RENEW") & ~dut.reset) & ~state(
+                      "DOOR", "RENEW", "ALARM"),
+                  then=c.past(state("RENEW") & dut.restarted & ~dut.door) & state("IDLE"))
+    c.implication("accessories-asked-for", "They are turned on where it says so, and nothing "
+                  "else is said to be that.",
+                  when=state("RENEW") | ((dut.state == GCodeState.DOOR) & dut.substate.all()),
+                  then=state("RENEW") & (dut.state == GCodeState.DOOR) & dut.substate.all())
+    c.implication("off-where-it-stands", "With the door open they are off where it stands.",
+                  when=state("DOOR"), then=dut.substate[1] == ~dut.standing)
+    c.implication("says-that-it-is-open", "That the door opens is said, also once more.",
+                  when=known & c.past((dut.door & ~c.past(dut.door & ~c.rst) & state("DOOR"))
+                                      | (dut.door & state("RENEW", "IDLE", "RUN", "HOLD"))),
+                  then=c.signal("wants_check_door"))
     c.implication("hold-stays", "A hold lasts until a resume while it stands, or a reset.",
                   when=known & c.past(state("HOLD") & ~(came(RESUME) & dut.standing) & ~dut.reset),
                   then=state("HOLD", "DOOR", "ALARM"))
@@ -57,7 +74,8 @@ def describe(c: Contract, dut: GCodeControl) -> None:
                   when=known & c.past(dut.emergency), then=dut.stop)
     c.implication("limit-stops", "So does a hard limit, outside of homing.",
                   when=known & c.past(dut.hard_limit & ~c.past(dut.hard_limit | c.rst)
-                                      & state("IDLE", "RUN", "HOLD", "JOG", "DOOR", "CHECK")),
+                                      & state("IDLE", "RUN", "HOLD", "JOG", "DOOR", "RENEW",
+                                              "CHECK")),
                   then=dut.stop & critical)
     c.implication("stop-until-reset", "What is stopped stays so until a reset takes effect.",
                   when=known & c.past(stopped & ~dut.reset), then=stopped & dut.stop)
@@ -100,7 +118,8 @@ def describe(c: Contract, dut: GCodeControl) -> None:
                   when=resetting, then=c.past(resetting | came(RESET) | dut.restart))
     c.implication("strict-reset", "A strict one that comes while it moves stops in the next clock.",
                   when=known & c.past(came(RESET) & dut.strict & ~dut.standing
-                                      & state("RUN", "JOG", "HOME", "HOLD", "DOOR", "IDLE")),
+                                      & state("RUN", "JOG", "HOME", "HOLD", "DOOR", "RENEW",
+                                              "IDLE")),
                   then=dut.stop & alarmed)
     c.implication("starts-after-reset", "A reset starts anew: with the greeting.",
                   when=known & c.past(dut.reset),

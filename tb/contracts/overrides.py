@@ -47,12 +47,23 @@ def describe(c: Contract, dut: Overrides) -> None:
     # Outputs
     program, outputs = dut.program, dut.outputs
     stopped = c.keep(1, name="spindle_is_stopped")
-    c.m.d.sync += stopped.eq(dut.held & ~c.rst & (
-        stopped ^ (dut.standing & dut.command & (dut.code == SPINDLE_STOP))))
-    c.invariant("spindle-stops", "A spindle that is stopped during a hold does not turn.",
-                Cat(outputs.clockwise == (program.clockwise & ~stopped),
-                    outputs.counter_clockwise == (program.counter_clockwise & ~stopped)).all(),
+    stood = c.keep(1, name="hold_stood")
+    c.m.d.sync += [
+        stood.eq(dut.standing & ~c.rst),
+        stopped.eq(dut.held & ~c.rst & Mux(
+            dut.laser & dut.standing & ~stood, 1,
+            stopped ^ (dut.standing & dut.command & (dut.code == SPINDLE_STOP)))),
+    ]
+    off = stopped | dut.spindle_off
+    c.invariant("spindle-stops", "A spindle that is stopped during a hold does not turn, nor one "
+                "that is to be off.",
+                Cat(outputs.clockwise == (program.clockwise & ~off),
+                    outputs.counter_clockwise == (program.counter_clockwise & ~off)).all(),
                 cover=stopped & program.clockwise)
+    c.implication("laser-stops", "A laser is off in a hold that stands, until it is turned on.",
+                  when=known & c.past(dut.laser & dut.held & dut.standing & ~c.past(
+                      dut.standing & ~c.rst)),
+                  then=~outputs.clockwise & ~outputs.counter_clockwise)
     c.invariant("stop-is-kept", "That it is stopped is kept.", c.signal("stopped") == stopped,
                 cover=stopped, lemma=True)
     for name, which in ("flood", FLOOD), ("mist", MIST):
@@ -63,7 +74,8 @@ def describe(c: Contract, dut: Overrides) -> None:
             switched.eq(~c.rst & (before == mine) & ~dut.restore & (
                 switched ^ (dut.switches & dut.command & (dut.code == which))))]
         c.invariant(f"{name}-is-switched", "Coolant is switched by its command, until the program "
-                    "switches it.", outputs[name] == mine ^ (switched & (before == mine)),
+                    "switches it, and is off while it is to be.",
+                    outputs[name] == ((mine ^ (switched & (before == mine))) & ~dut.coolant_off),
                     cover=switched)
 
 

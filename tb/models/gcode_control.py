@@ -27,6 +27,8 @@ class ControlModel:
     resetting: bool = False
     cancelling: bool = False
     door_next: bool = False
+    renewing: bool = False
+    door_before: int = 0
     enabled: bool = False
     limit_before: int = 0
     emergency_before: int = 0
@@ -49,7 +51,7 @@ class ControlModel:
                         or self.cancelling),
             "stop": int(self.stopped or self.emergency_before),
             "state": STATES.index(shown) if shown in STATES else None,
-            "substate": {"DOOR": inputs["door"] if standing else 2,
+            "substate": {"DOOR": 3 if self.renewing else inputs["door"] if standing else 2,
                          "HOLD": 1 - standing}.get(shown),
             "report": int(came == STATUS), "reset": int(reset),
             "flush": int(flush and self.state == "ALARM"),
@@ -69,10 +71,12 @@ class ControlModel:
             self.message = self.to_say.pop(0) if self.to_say else None
         if inputs["restoring"]:
             self._say(RESTORING)
-        was = self.state
+        was, renewed = self.state, self.renewing
         self._follow(came, bool(reset), bool(flush), inputs)
-        if self.state == "DOOR" and was != "DOOR":
+        opens = came == DOOR or (inputs["door"] and not self.door_before)
+        if self.state == "DOOR" and (was != "DOOR" or opens or renewed > self.renewing):
             self._say(CHECK_DOOR)
+        self.door_before = inputs["door"]
         alarm, critical = self._alarm(came, bool(asks_reset), was, inputs)
         if asks_reset:
             self.resetting = True
@@ -81,9 +85,9 @@ class ControlModel:
         if reset:
             self.state = "START"
             self.resetting = self.stopped = self.critical = False
-            self.cancelling = self.door_next = False
+            self.cancelling = self.door_next = self.renewing = False
         if alarm:
-            self.locked, self.door_next = True, False
+            self.locked, self.door_next, self.renewing = True, False, False
             self.cancelling |= alarm not in (PROBE_INITIAL, PROBE_CONTACT)
             self.state = "START" if reset else "ALARM"
             if self.alarm_line is None:
@@ -134,9 +138,13 @@ class ControlModel:
                 self.cancelling = True
             elif not moving and not self.cancelling:
                 self.state = "IDLE"
-        elif (self.state == "HOLD" or (self.state == "DOOR" and not inputs["door"])) \
-                and came == RESUME and standing:
+        elif self.state == "HOLD" and came == RESUME and standing:
             self.state = "IDLE"
+        elif self.state == "DOOR" and self.renewing:
+            if door or inputs["restarted"]:
+                self.renewing, self.state = False, "DOOR" if door else "IDLE"
+        elif self.state == "DOOR" and came == RESUME and standing and not inputs["door"]:
+            self.renewing = True
         elif self.state == "ALARM" and not self.critical and not self.cancelling:
             if inputs["sleep"]:
                 self.state = "SLEEP"

@@ -30,6 +30,7 @@ from ..drive import (
 from ..motion import (
     KINEMATICS,
     MAX_BACKLASH,
+    AccessoryRestart,
     AlarmCode,
     BacklashCompensator,
     BlockMotion,
@@ -613,6 +614,7 @@ class GCode(MachineComponent):
         ]
         self._system(m, control, renewed, gate, planner, motion, homing, store)
         m.submodules.overrides = overrides = Overrides()
+        m.submodules.accessories = accessories = AccessoryRestart()
         outputs = overrides.outputs
         was_off = Signal()
         m.d.sync += was_off.eq(motion.off)
@@ -620,16 +622,31 @@ class GCode(MachineComponent):
             overrides.command.eq(realtime.command), overrides.code.eq(realtime.code),
             overrides.restore.eq(renewed | motion.off & ~was_off | motion.ended),
             overrides.program.eq(motion.outputs),
-            overrides.switches.eq((control.state == GCodeState.IDLE)
-                                  | (control.state == GCodeState.RUN)
-                                  | (control.state == GCodeState.HOLD)),
+            overrides.switches.eq(Cat(control.state == each for each in (
+                GCodeState.IDLE, GCodeState.RUN, GCodeState.HOLD, GCodeState.JOG)).any()),
             overrides.standing.eq((control.state == GCodeState.HOLD) & motion.still),
+            overrides.laser.eq(flags.laser),
             # An open door must not turn the spindle on, nor an alarm before it is off.
             overrides.held.eq(Cat(control.state == each for each in (
-                GCodeState.HOLD, GCodeState.DOOR, GCodeState.ALARM)).any()),
+                GCodeState.HOLD, GCodeState.DOOR, GCodeState.ALARM)).any() & ~accessories.restart),
             planner.feed_override.eq(overrides.feed), planner.rapid_override.eq(overrides.rapid),
             motion.feed_override.eq(overrides.feed), motion.rapid_override.eq(overrides.rapid),
         ]
+        at_door = control.state == GCodeState.DOOR
+        wanted = motion.outputs
+        m.d.comb += [
+            accessories.off.eq(at_door & ~control.substate[1]),  # it stands
+            accessories.restart.eq(at_door & control.substate.all()),
+            accessories.release.eq(control.state == GCodeState.IDLE),
+            accessories.coolant.eq(wanted.flood | wanted.mist),
+            control.restarted.eq(accessories.restarted),
+            # A laser must not burn where it stands while the coolant starts.
+            overrides.spindle_off.eq(accessories.spindle_off | (accessories.restart & flags.laser)),
+            overrides.coolant_off.eq(accessories.coolant_off),
+        ]
+        if not thesis:  # there a spindle is what keeps the motors on
+            m.d.comb += accessories.spindle.eq(
+                (wanted.clockwise | wanted.counter_clockwise) & ~flags.laser)
         m.d.comb += [gate.settling.eq(settling), homing.begins.eq(settling),
                      homing.moving.eq(control.moving)]
         pausing = Signal()  # the control holds since the program pauses
@@ -703,12 +720,13 @@ class GCode(MachineComponent):
                 m.d.sync += missed.eq(1)
             with m.If(restarts):
                 m.d.sync += missed.eq(0)
-            self._servo(m, store, Mux(up, FULL_POWER, 0))
+            beat = self._servo(m, store, Mux(up, FULL_POWER, 0))
         else:
             connect(m, reader.words, gate.words)
             beat = self._servo(m, store, self._spindle(m, motion, overrides, store, faults))
             self._idle(m, control, ~motion.still | homing.active,
                        store.drive.idle_delay, beat, powered)
+        m.d.comb += accessories.beat.eq(beat)
         shown = Signal(len(faults))  # by parts, a clock before: from all of them it is far
         m.d.sync += shown.eq(Cat(faults))
         with m.If(shown.any()):

@@ -1,5 +1,6 @@
 """Orders to steps: sequencers, counters, order sources."""
 
+from .accessory_restart import AccessoryRestart
 from .automatic import AutomaticControl
 from .axis import Axis
 from .backlash import MAX_BACKLASH, Backlash, BacklashCompensator

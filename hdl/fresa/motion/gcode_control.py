@@ -44,7 +44,9 @@ class GCodeControl(wiring.Component):
     RUN    blocks are carried out                              IDLE when none is left
     JOG    the same of a jog                                   IDLE, also after it was cancelled
     HOLD   slows down and stands: feed hold, program pause     IDLE by a resume, once it stands
-    DOOR   the same, door open                                 IDLE by a resume, once it is closed
+    DOOR   the same, door open                                 RENEW by a resume, once closed
+    RENEW  what the door turned off is turned on again; shown  IDLE once `restarted`; DOOR by the
+           as DOOR                                             door
     ALARM  slows down or is stopped, refuses to move           IDLE by `unlock`, HOME by `home`
     CHECK  lines are checked, nothing moves                    IDLE, or START by a reset
     HOME   homing cycle; resets and alarms alone end it early  IDLE
@@ -96,6 +98,8 @@ class GCodeControl(wiring.Component):
         Settings or coordinates are made what they were at power-up, for a clock.
     door : In(1)
         The door is open.
+    restarted : In(1)
+        Nothing is off any more that DOOR turns off. Only looked at in RENEW.
     hard_limit, emergency : In(1)
         A limit switch; the emergency stop.
     motor_fault : In(1)
@@ -114,7 +118,7 @@ class GCodeControl(wiring.Component):
         State. HOLD while a reset slows down.
     substate : Out(2)
         Of HOLD 0 when it stands, otherwise 1; of DOOR 0 when it stands and the door is closed, 1
-        when it stands and it is open, otherwise 2.
+        when it stands and it is open, 3 in RENEW, otherwise 2.
     report : Out(1)
         A status report is requested.
     reset : Out(1)
@@ -129,8 +133,9 @@ class GCodeControl(wiring.Component):
         Numbers of alarms, to be announced.
     messages : Out(stream.Signature(GCodeMessage))
         The greeting after START, and then the reminder of a lock; after an alarm that needs a reset
-        the reminder of that; that the door is open; that an alarm was ended by `unlock`; that
-        check mode begins and ends, and sleep begins; and `restoring`.
+        the reminder of that; that the door is open, also where it opens again in DOOR; that an
+        alarm was ended by `unlock`; that check mode begins and ends, and sleep begins; and
+        `restoring`.
     fault : Out(1)
         The state register was upset: ``stop`` and ``hold`` are 1. Stays until the reset of all.
     """
@@ -148,6 +153,7 @@ class GCodeControl(wiring.Component):
     restart: In(1)
     restoring: In(1)
     door: In(1)
+    restarted: In(1)
     hard_limit: In(1)
     emergency: In(1)
     motor_fault: In(1)
@@ -192,8 +198,9 @@ class GCodeControl(wiring.Component):
         resetting = Signal()
         cancelling = Signal()  # flush when it stands
         door_next = Signal()  # after the jog
-        limit_before, emergency_before = Signal(), Signal()
-        m.d.sync += [limit_before.eq(self.hard_limit), emergency_before.eq(self.emergency)]
+        limit_before, emergency_before, door_before = Signal(), Signal(), Signal()
+        m.d.sync += [limit_before.eq(self.hard_limit), emergency_before.eq(self.emergency),
+                     door_before.eq(self.door)]
         alarm = Signal(AlarmCode)  # that begins in this clock
         of_probing = (alarm == AlarmCode.PROBE_INITIAL) | (alarm == AlarmCode.PROBE_CONTACT)
 
@@ -260,7 +267,15 @@ class GCodeControl(wiring.Component):
                     m.next = "IDLE"
 
             with m.State("DOOR"):
-                with m.If(asks_resume & self.standing & ~self.door):
+                with m.If(came[RealtimeCode.DOOR] | (self.door & ~door_before)):
+                    open_door()
+                with m.Elif(asks_resume & self.standing & ~self.door):
+                    m.next = "RENEW"
+
+            with m.State("RENEW"):
+                with m.If(asks_door):
+                    open_door()
+                with m.Elif(self.restarted):
                     m.next = "IDLE"
 
             with m.State("ALARM"):
@@ -346,6 +361,8 @@ class GCodeControl(wiring.Component):
                 m.d.comb += self.state.eq(state)
         with m.If(within("DOOR")):
             m.d.comb += self.substate.eq(Mux(self.standing, self.door, 2))
+        with m.If(within("RENEW")):
+            m.d.comb += [self.state.eq(GCodeState.DOOR), self.substate.eq(3)]
         with m.If(within(*MAY_MOVE) & resetting):
             m.d.comb += self.state.eq(GCodeState.HOLD)
         with m.If(within("RUN", "JOG", "HOME")):

@@ -35,8 +35,9 @@ class Overrides(wiring.Component):
     change shows in the second clock after its command at the latest.
 
     Spindle stop counts while a hold stands: the spindle is off, and on again at the next one, or
-    when it is held no more. Flood and mist are what the program has not switched, from their
-    commands until the program switches them.
+    when it is held no more. A laser is off from the clock after that in which the hold stands.
+    Flood and mist are what the program has not switched, from their commands until the program
+    switches them.
 
     Members
     -------
@@ -48,6 +49,10 @@ class Overrides(wiring.Component):
         Coolant may be switched.
     standing, held : In(1)
         A hold stands; what it has stopped stays so, as with an open door.
+    laser : In(1)
+        The spindle is a laser.
+    spindle_off, coolant_off : In(1)
+        It is off, whatever the program and the operator want.
     program : In(Outputs)
         What the program switches.
     feed, rapid, spindle : Out(8)
@@ -64,6 +69,9 @@ class Overrides(wiring.Component):
     switches: In(1)
     standing: In(1)
     held: In(1)
+    laser: In(1)
+    spindle_off: In(1)
+    coolant_off: In(1)
     program: In(Outputs)
     feed: Out(OVERRIDE_BITS, init=NORMAL)
     rapid: Out(OVERRIDE_BITS, init=NORMAL)
@@ -117,8 +125,12 @@ class Overrides(wiring.Component):
         stopped = Signal()
         flooded = Signal()
         misted = Signal()
+        stood = Signal()  # the hold, a clock ago
+        m.d.sync += stood.eq(self.standing)
         with m.If(~self.held):
             m.d.sync += stopped.eq(0)
+        with m.Elif(self.laser & self.standing & ~stood):
+            m.d.sync += stopped.eq(1)
         with m.Elif(self.standing & self.command & (self.code == RealtimeCode.SPINDLE_STOP.value)):
             m.d.sync += stopped.eq(~stopped)
         program = self.program
@@ -126,12 +138,14 @@ class Overrides(wiring.Component):
                                       (RealtimeCode.MIST, misted, program.mist)):
             before = Signal(name=f"{which.name.lower()}_before")
             m.d.sync += before.eq(mine)
-            m.d.comb += self.outputs[which.name.lower()].eq(mine ^ (switched & (before == mine)))
+            m.d.comb += self.outputs[which.name.lower()].eq(
+                (mine ^ (switched & (before == mine))) & ~self.coolant_off)
             with m.If((before != mine) | self.restore):
                 m.d.sync += switched.eq(0)
             with m.Elif(self.switches & self.command & (self.code == which.value)):
                 m.d.sync += switched.eq(~switched)
+        off = stopped | self.spindle_off
         m.d.comb += [
-            self.outputs.clockwise.eq(program.clockwise & ~stopped),
-            self.outputs.counter_clockwise.eq(program.counter_clockwise & ~stopped),
+            self.outputs.clockwise.eq(program.clockwise & ~off),
+            self.outputs.counter_clockwise.eq(program.counter_clockwise & ~off),
         ]

@@ -515,16 +515,120 @@ def test_a_feed_beyond_the_fastest_is_listed_as_that(session):
     assert "F128849 " in session.send("F200000\n$G\n")[1]
 
 
-def test_an_open_door_leaves_the_spindle_and_the_coolant(session):
-    session.send("M3S500M8\n")
-    assert tuple(session.engine.get("spindle", "flood")) == (1, 1)
-    session.engine.set(door=1)
-    session.run(400_000)
-    assert session.read() == ["[MSG:Check Door]"]
+def tools(session) -> tuple[int, int]:
+    """Return whether the spindle turns, and the coolant flows."""
+    return tuple(session.engine.get("spindle", "flood"))
+
+
+def long_report(session) -> str:
+    """Return a report that has more than usual in it."""
     session.send("?", wait=False, read=False)
     session.run(20_000)
-    assert session.read()[0].startswith("<Door:1|")
-    assert tuple(session.engine.get("spindle", "flood")) == (1, 1)
+    (line,) = session.read()
+    return line
+
+
+def test_an_open_door_turns_spindle_and_coolant_off_and_they_start_one_after_the_other(session):
+    ms = SETTINGS.clock // 1000
+    session.send("M3S500M8\n")
+    session.send("G1X4F6000\n", wait=False)
+    session.run(20_000)
+    session.engine.set(door=1)
+    session.run(400)
+    assert tools(session) == (1, 1)
+    session.run(400_000)
+    assert tools(session) == (0, 0)
+    session.read()
+    told = long_report(session) + long_report(session)
+    assert told.count("<Door:1|") == 2
+    assert "|A:" not in told
+    stands = list(session.position)
+    session.engine.set(door=0)
+    session.run(1000)
+    session.send("~", wait=False)
+    assert tools(session) == (1, 0)
+    assert long_report(session).startswith("<Door:3|")
+    session.run(1000 * ms)
+    session.engine.set(door=1)
+    session.run(10_000)
+    assert tools(session) == (0, 0)
+    assert session.read() == ["[MSG:Check Door]"]
+    session.engine.set(door=0)
+    session.run(1000)
+    session.send("~", wait=False)
+    session.run(4050 * ms)
+    assert (tools(session), long_report(session)[:7]) == ((1, 0), "<Door:3")
+    session.run(100 * ms)
+    assert (tools(session), long_report(session)[:7]) == ((1, 1), "<Door:3")
+    session.run(900 * ms)
+    assert session.position == stands
+    session.run(200 * ms)
+    assert tools(session) == (1, 1)
+    session.send("")
+    assert session.at(4, 0, 0)
+
+
+def test_each_opening_of_the_door_is_said(session):
+    assert session.send("\x84", wait=False) == ["[MSG:Check Door]"]
+    assert session.send("\x84", wait=False) == ["[MSG:Check Door]"]
+    session.engine.set(door=1)
+    session.run(20_000)
+    assert session.read() == ["[MSG:Check Door]"]
+    session.engine.set(door=0)
+    session.run(1000)
+    assert session.send("~?", wait=False)[0].startswith("<Idle|")
+
+
+def test_a_door_that_closes_is_no_reset_of_what_an_alarm_turned_off(session):
+    """What the door turned off stays so where the machine is stopped, or reset, meanwhile."""
+    session.send("M3S500M8\n")
+    for cause in "\x18", "":
+        session.send("\x84", wait=False)
+        session.run(20_000)
+        assert tools(session) == (0, 0)
+        session.on.clear()
+        if not cause:
+            session.engine.set(stop=1)
+        session.send(cause, wait=False)
+        session.run(100_000)
+        session.engine.set(stop=0)
+        session.send("\x18", wait=False)
+        session.run(20_000)
+        session.send("$X\n", wait=False)
+        session.run(100_000)
+        assert session.on == set()
+        session.read()
+        assert session.send("M3S500M8\n") == ["ok"]
+        assert tools(session) == (1, 1)
+
+
+def test_a_laser_is_off_in_a_hold_and_turned_on_by_its_command(session):
+    session.send("$32=1\nM3S500\n")
+    session.send("G1X4F600\n", wait=False)
+    session.run(20_000)
+    assert session.engine.get("spindle") == 1
+    session.send("!", wait=False)
+    session.run(100_000)
+    assert long_report(session).startswith("<Hold:0|")
+    assert session.engine.get("spindle", "pwm") == (0, 0)
+    for on in 1, 0:
+        session.send("\x9e", wait=False)
+        assert session.engine.get("spindle") == on
+    session.send("~", wait=False)
+    assert session.engine.get("spindle") == 1
+
+
+def test_a_laser_does_not_burn_while_the_coolant_starts(session):
+    ms = SETTINGS.clock // 1000
+    session.send("$32=1\nM3S500M8\n\x84", wait=False)
+    session.run(20_000)
+    assert tools(session) == (0, 0)
+    session.send("~", wait=False)
+    assert tools(session) == (0, 1)
+    session.run(1000 * ms)
+    assert tools(session) == (0, 1)
+    session.run(50 * ms)
+    assert tools(session) == (1, 1)
 
 
 def test_homing_that_finds_no_switch_is_an_alarm(design):
@@ -1048,7 +1152,10 @@ class TestOverrides:
         assert "<Door" in report(session)
         assert session.engine.get("spindle", "pwm") == (0, 0)
         session.engine.set(door=0)
-        session.send("~!", wait=False)
+        session.send("~", wait=False)
+        assert session.engine.get("spindle") == 1
+        session.run(4100 * SETTINGS.clock // 1000)
+        session.send("!", wait=False)
         session.run(20_000)
         assert session.engine.get("spindle") == 1
         session.send("\x9e", wait=False)

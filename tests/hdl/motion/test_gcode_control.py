@@ -13,7 +13,7 @@ from tb.engines import AmaranthEngine
 from tb.models.gcode_control import ControlModel
 
 LEVELS = ("moving", "standing", "jogging", "home", "check", "door", "hard_limit", "emergency",
-          "motor_fault", "strict", "locked_start")
+          "motor_fault", "strict", "locked_start", "restarted")
 PULSES = ("pause", "sleep", "unlock", "command", "alarms_ready", "messages_ready", "restart",
           "restoring", "rst")
 OUTPUTS = ("hold", "stop", "state", "substate", "report", "reset", "flush", "cancelled", "enable",
@@ -63,7 +63,8 @@ class Machine:
         self.engine = engine
         self.speed = self.wants = 0
         engine.set(**{**dict.fromkeys([*LEVELS, *PULSES, "code", "failure"], 0),
-                      "alarms_ready": 1, "messages_ready": 1, "standing": 1, **levels, "rst": 1})
+                      "alarms_ready": 1, "messages_ready": 1, "standing": 1, "restarted": 1,
+                      **levels, "rst": 1})
         engine.run(1)
         engine.set(rst=0)
         self.messages, self.alarms = [], []
@@ -137,8 +138,23 @@ def test_door_stays_until_it_is_closed(engine):
     assert machine.run(8) == "DOOR:1"
     assert machine.command(RealtimeCode.RESUME) == "DOOR:1"
     assert machine.run(1, door=0) == "DOOR:0"
-    assert machine.command(RealtimeCode.RESUME, 3) == "RUN"
+    assert machine.command(RealtimeCode.RESUME, 4) == "RUN"
     assert machine.messages == [GCodeMessage.GREETING, GCodeMessage.CHECK_DOOR]
+
+
+def test_behind_the_door_it_waits_for_what_was_turned_off(engine):
+    machine = Machine(engine, restarted=0)
+    machine.run(8, moving=1)
+    machine.run(8, door=1)
+    machine.run(1, door=0)
+    assert machine.command(RealtimeCode.RESUME, 8) == "DOOR:3"
+    assert machine.command(RealtimeCode.HOLD, 8) == "DOOR:3"
+    assert machine.run(1, door=1) == "DOOR:1"
+    assert machine.run(1, door=0) == "DOOR:0"
+    assert machine.command(RealtimeCode.DOOR, 8) == "DOOR:0"
+    assert machine.command(RealtimeCode.RESUME, 8) == "DOOR:3"
+    assert machine.run(2, restarted=1) == "RUN"
+    assert machine.messages == [GCodeMessage.GREETING, *[GCodeMessage.CHECK_DOOR] * 3]
 
 
 def test_reset_slows_down_and_keeps_the_position(engine):
