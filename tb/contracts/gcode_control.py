@@ -42,7 +42,8 @@ def describe(c: Contract, dut: GCodeControl) -> None:
                   when=known & c.past(came(HOLD) & state("IDLE", "RUN") & ~dut.reset),
                   then=dut.hold & state("HOLD", "DOOR", "ALARM"))
     c.implication("door-in-a-clock", "So does an open door.",
-                  when=known & c.past(dut.door & state("IDLE", "RUN", "HOLD", "JOG", "HOME", "RENEW")),
+                  when=known & c.past(dut.door & state("IDLE", "RUN", "HOLD", "JOG", "HOME",
+                                                       "RENEW")),
                   then=dut.hold | c.past(cancelling))
     c.implication("door-stays", "With the door open nothing resumes.",
                   when=known & c.past(dut.door & state("DOOR", "RENEW") & ~dut.reset),

@@ -46,7 +46,8 @@ from .walk import WALK_DELAY, PathWalk, Segment
 
 __all__ = [
     "HOMING", "KINEMATICS", "MAX_ACCELERATION", "MAX_BACKLASH", "MAX_BLOCKS", "MAX_LEVELS",
-    "OVERRIDE_BITS", "PICTURE_LIMIT", "TICKS_LOG2", "WALK_DELAY", "AlarmCode", "Answer",
+    "OVERRIDE_BITS", "PICTURE_LIMIT", "TICKS_LOG2", "WALK_DELAY", "AccessoryRestart", "AlarmCode",
+    "Answer",
     "AutomaticControl", "Axis", "Backlash", "BacklashCompensator", "BlockLoader", "BlockMotion",
     "BlockQueue", "BowedLine", "CoordinateGenerator", "CoreXY", "GCodeControl", "GCodeHoming",
     "GCodePlanner", "GCodeProbing", "GuardedController", "Hanging", "HomingRequest", "Limits",

@@ -1,6 +1,6 @@
 """Spindle and coolant around an open door: off, and on again one after the other."""
 
-from amaranth import Module, Mux, Signal, signed
+from amaranth import Module, Signal, signed
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
