@@ -70,9 +70,8 @@ class AccessoryRestart(wiring.Component):
         # Beats, less one; below 0 it is over, and it is -1 then: a time begins as its bits from
         # that of its power of two on are cleared.
         left = Signal(signed(self.spindle_log2 + 1), init=-1)
-        over = left[-1]
-        goes = Signal()
-        m.d.comb += [self.restarted.eq(over & ~self.spindle_off & ~self.coolant_off),
+        over, goes = Signal(), Signal()
+        m.d.comb += [over.eq(left[-1]), self.restarted.eq(over & ~self.spindle_off & ~self.coolant_off),
                      goes.eq(self.restart & over)]
         m.d.sync += left.eq(left - (self.beat & ~over))
         with m.If(goes):
