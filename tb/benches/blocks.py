@@ -238,7 +238,7 @@ def g_code_homing(run: Run) -> str:
 
 @bench
 def g_code_probing(run: Run) -> str:
-    """A line that ends where the probe touches, and one where it does already."""
+    """A line until the probe touches, one where it does already, one checked."""
     dut = GCodeProbing()
     did = []
 
@@ -279,9 +279,16 @@ def g_code_probing(run: Run) -> str:
         await act(ctx, GCodeActionKind.PROBED)
         run.expect("what it did", did, ["restart"])
         run.see(ctx, dut, touched=0, fault=0)
+        did.clear()
+        ctx.set(dut.checking, 1)
+        await act(ctx, GCodeActionKind.PROBE)
+        await act(ctx, GCodeActionKind.PROBED)
+        run.expect("what it did while lines are checked", did, [])
+        run.see(ctx, dut, active=0, fault=0)
 
     run.simulate(dut, test, watch)
-    return "kept where it touched, and begun there and where it stands; then nothing moves"
+    return ("kept where it touched, and begun there and where it stands; then nothing moves, nor "
+            "in check mode")
 
 
 @bench

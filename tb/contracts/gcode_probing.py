@@ -23,6 +23,7 @@ def describe(c: Contract, dut: GCodeProbing) -> None:
     c.assume(~(known & c.past(actions.valid & ~actions.ready))
              | (actions.valid & (payload == c.past(payload))))
     c.assume(~actions.valid | (waits == owed))
+    c.assume(~(known & c.past(dut.checking)) | dut.checking)  # a reset ends it
 
     modes = actions.p.modes
     c.restrict_covers(c.upset | ~c.rst & dut.idle & dut.standing & ~dut.begins & dut.listed
@@ -40,7 +41,7 @@ def describe(c: Contract, dut: GCodeProbing) -> None:
     initial = dut.failure == AlarmCode.PROBE_INITIAL
     without = dut.failure == AlarmCode.PROBE_CONTACT
     c.m.d.sync += seeks.eq(~c.rst & ((seeks & ~dut.latch & ~without) | (
-        passed.valid & passed.ready & probe)))
+        dut.active & passed.valid & passed.ready & probe)))
 
     c.implication("others-pass", "Every other action passes in its clock.",
                   when=actions.valid & ~probe & ~waits,
@@ -55,8 +56,8 @@ def describe(c: Contract, dut: GCodeProbing) -> None:
                   when=known & dut.active & ~c.past(dut.active),
                   then=c.past(dut.idle & ~dut.checking) & offered)
     c.implication("not-towards-a-contact", "A line is planned only if it can find something.",
-                  when=passed.valid & probe & ~c.past(passed.valid),
-                  then=c.past(dut.active & ~found))
+                  when=dut.active & passed.valid & ~c.past(dut.active & passed.valid),
+                  then=probe & c.past(dut.active & ~found))
     c.implication("initial-alarm", "Otherwise nothing moves.", when=initial,
                   then=taken & probe & found & ~passed.valid)
     c.implication("kept-at-once", "In the clock in which the probe changes it is kept where the "
@@ -96,7 +97,7 @@ def describe(c: Contract, dut: GCodeProbing) -> None:
                   then=latched & ~renewed)
     c.implication("listed-at-the-end", "It is listed once it has begun, but after alarm 4.",
                   when=dut.listing, then=renewed & ~listed & ~alarmed & c.past(~dut.begins))
-    c.implication("ends-when-done", "The probing ends when all that is done; while lines are "
+    c.implication("ends-when-done", "The probing ends when all that is done; of a line that is "
                   "checked nothing is.", when=taken & waits,
                   then=Mux(checked, ~dut.active, renewed & (listed ^ alarmed)))
     c.implication("checked-does-nothing", "Then it is at rest.",
@@ -161,8 +162,11 @@ def _progress(c: Contract, dut: GCodeProbing, state: State, *, going: Bits, offe
     c.implication("begins", "A probing begins once all that was planned is done.",
                   when=known & c.past(offered & ~dut.active & ~dut.checking & dut.idle),
                   then=dut.active)
-    c.implication("checked-at-once", "While lines are checked both its actions are taken at once.",
-                  when=~dut.active & (waits & dut.actions.valid | offered & dut.checking),
+    c.implication("checked-passes", "While lines are checked a line passes at once, whatever the "
+                  "probe.", when=~dut.active & offered & dut.checking,
+                  then=dut.passed.valid & (dut.actions.ready == dut.passed.ready))
+    c.implication("checked-ends", "Its end is then taken at once, and does not pass.",
+                  when=~dut.active & waits & dut.actions.valid,
                   then=dut.actions.ready & ~dut.passed.valid)
     first = known & dut.active & ~c.past(dut.active)
     c.implication("initial-alarm-at-once", "A probe that is as it should become is seen at once.",

@@ -27,7 +27,8 @@ class GCodeProbing(wiring.Component):
     What is kept is told to the interpreter as where the machine begins is, by a beginning before
     that one.
 
-    While lines are checked nothing is done, and both actions are taken.
+    While lines are checked a PROBE passes at once, as any other action: what it moves is dropped
+    behind the planner, but the next line begins at its end. PROBED is taken at once.
 
     Parameters
     ----------
@@ -38,11 +39,11 @@ class GCodeProbing(wiring.Component):
     -------
     actions, passed : In(stream.Signature(GCodeAction)), Out(stream.Signature(GCodeAction))
         Actions of the interpreter, and those that are planned: all but PROBED, and but a PROBE that
-        moves nothing.
+        the probe forbids.
     contact : In(1)
         The probe touches.
     checking : In(1)
-        Lines are checked, and nothing moves.
+        Lines are checked, and nothing moves. Once 1 it stays so until reset.
     idle, standing : In(1)
         All that was planned is done; the machine stands, and no report of where it is is computed.
     begins : In(1)
@@ -103,11 +104,11 @@ class GCodeProbing(wiring.Component):
         m.d.comb += self.active.eq(1)
         with m.FSM(name="probing_state") as fsm:
             with m.State("PASS"):
+                passes = Mux(probe, self.checking, ~waits)
                 m.d.comb += [
                     self.active.eq(0),
-                    self.passed.valid.eq(self.actions.valid & ~probe & ~waits),
-                    self.actions.ready.eq(
-                        Mux(probe, self.checking, waits | self.passed.ready)),
+                    self.passed.valid.eq(self.actions.valid & passes),
+                    self.actions.ready.eq(waits | (passes & self.passed.ready)),
                 ]
                 m.d.sync += [away.eq(motion[1]), silent.eq(motion[0]),
                              pause.eq(self.begins_within), lists.eq(0)]

@@ -203,6 +203,15 @@ def test_checked_lines_probe_nothing(session):
     assert session.position == [0, 0, 0]
 
 
+@pytest.mark.parametrize(("line", "answer"), [("G2X3I1", "ok"), ("G2X2I1", "error:33")])
+def test_an_arc_is_checked_from_where_a_checked_probing_ends(session, line, answer):
+    """It would be refused, or not, if it began where the probing does."""
+    session.plate = 0
+    lines = session.send(f"$C\nG38.2X1F{FEED}\n{line}\n$C\n")
+    assert lines[:4] == ["[MSG:Enabled]", "ok", "ok", answer]
+    assert session.position == [0, 0, 0]
+
+
 def test_overrides_leave_a_probing_as_it_is(session):
     times = []
     for overrides in "", "\x91" * 5, "\x92" * 5:
@@ -225,6 +234,14 @@ def test_soft_limits_count(session):
     assert session.probed() == "[PRB:0.000,0.000,0.000:0]"
     assert session.send(f"G38.2Z-2F{FEED}\n") == ["[PRB:0.000,0.000,-1.200:1]", "ok"]
     session.rests_where_it_says()
+
+
+def test_soft_limits_count_in_check_mode(session):
+    """As of a line; GRBL looks at no limits of a probing that it checks."""
+    assert session.send("$22=1\n$132=2\n$20=1\n") == ["ok"] * 3
+    assert session.send(f"$C\nG38.2Z-1.5F{FEED}\n") == ["[MSG:Enabled]", "ok", "ok"]
+    assert session.send("G38.2Z-2.5\n") == ["ALARM:2"]
+    assert session.path == []
 
 
 def test_a_pause_does_not_wait_in_an_alarm(session):

@@ -129,12 +129,13 @@ def test_it_waits_for_what_was_planned(probing):
     assert not machine.did
 
 
-def test_checked_lines_move_nothing(probing):
-    machine = Machine(probing, random.Random(0), contact=1, checking=1)
+@pytest.mark.parametrize("contact", [0, 1])
+def test_checked_lines_are_planned_and_no_more(probing, contact):
+    machine = Machine(probing, random.Random(0), contact=contact, checking=1)
     machine.probe(2)
     machine.act(GCodeActionKind.DWELL, MOTIONS[2])
     assert (machine.did, machine.alarms) == ([], [])
-    assert machine.planned == [GCodeActionKind.DWELL.value]
+    assert machine.planned == [GCodeActionKind.PROBE.value, GCodeActionKind.DWELL.value]
 
 
 def test_parameters():
