@@ -59,7 +59,7 @@ def g_code_line(run: Run) -> str:
 
 @bench
 def g_code_lister(run: Run) -> str:
-    """The modes, with a feed, what the build is, and where the probe touched."""
+    """Modes with and without a feed, the build, and where the probe touched."""
     dut = GCodeLister()
     words = {Operand.FEED: 8_333_333, Operand.SPEED: 1_500_000, Operand.TOOL: 3_000_000,
              Operand.PROBED + 2: -1_000_500}
@@ -89,6 +89,8 @@ def g_code_lister(run: Run) -> str:
         ctx.set(dut.modes.flood, 1)
         run.expect("modes", [value for _, value in await parts(ctx, GCodeList.MODES)],
                    [0, 54, 17, 21, 90, 94, 5, 8, 3, 500, 2])
+        ctx.set(dut.feed_zero, 1)
+        run.expect("without a feed", (await parts(ctx, GCodeList.MODES))[-2], ("FEED", 0))
         run.expect("build", [text for text, _ in await parts(ctx, GCodeList.BUILD)],
                    [GCodeText.BUILD.name])
         ctx.set(dut.probed, 1)
@@ -97,7 +99,8 @@ def g_code_lister(run: Run) -> str:
         run.see(ctx, dut, fault=0)
 
     run.simulate(dut, test, memory)
-    return ("the modes are G0 G54 G17 G21 G90 G94 M5 M8, tool 3, 500 mm/min, 2 rev/min; "
+    return ("the modes are G0 G54 G17 G21 G90 G94 M5 M8, tool 3, 500 mm/min, 2 rev/min, and 0 "
+            "mm/min where that does not hold; "
             "the probe touched at Z -1.001")
 
 

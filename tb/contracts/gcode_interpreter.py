@@ -2,7 +2,7 @@
 
 from unittest.mock import patch
 
-from amaranth import Module, Mux, Value
+from amaranth import Cat, Module, Mux, Value
 
 from fresa.protocol import (
     GCodeActionKind,
@@ -58,14 +58,16 @@ def describe(c: Contract, dut: GCodeInterpreter) -> None:
     ended = c.keep(1, name="ended")  # the end of a line is taken, and it is not answered yet
     acted = c.keep(1, name="acted")  # this line has done something
     begun = c.keep(1, name="begun")  # an item of a line is taken, and it is not answered yet
-    before = c.keep(len(dut.modes.as_value()), name="modes_before")
+    # A feed holds, or none: like a mode, and 0 at power-up.
+    present = Cat(dut.modes.as_value(), ~dut.feed_zero)
+    before = c.keep(len(present), name="modes_before")
     c.m.d.sync += [ended.eq(~c.rst & (ended | ends) & ~answered),
                    acted.eq(~c.rst & (acted | acts) & ~answered),
                    begun.eq(~c.rst & (begun | (words.valid & words.ready)) & ~answered)]
-    same = dut.modes.as_value() == before
+    same = present == before
     urgent = (words.p.status == GCodeStatus.NOT_IDLE) | (words.p.status == GCodeStatus.LOCKED)
     with c.m.If(answered):
-        c.m.d.sync += before.eq(dut.modes.as_value())
+        c.m.d.sync += before.eq(present)
     with c.m.If(c.rst):
         c.m.d.sync += before.eq(0)
 
@@ -104,8 +106,8 @@ def describe(c: Contract, dut: GCodeInterpreter) -> None:
     c.invariant("sums", "A sum runs in the states that wait for one, and in no other.",
                 c.signal("computing") == state(*SUMS), cover=c.signal("computing"), lemma=True)
     c.implication("refused-line-does-nothing", "A line that is refused has done nothing, and the "
-                  "modes are as before.", when=answers.valid & (answers.payload != 0),
-                  then=~acted & same)
+                  "modes are as before, and whether a feed holds.",
+                  when=answers.valid & (answers.payload != 0), then=~acted & same)
     c.implication("nothing-before-the-checks", "Until a line is right it does nothing, and no mode "
                   "changes.", when=state(*CHECKS), then=~acted & same, lemma=True)
     c.invariant("right-line-has-no-error", "Only a line with an error is refused.",

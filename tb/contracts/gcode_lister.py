@@ -20,7 +20,8 @@ def describe(c: Contract, dut: GCodeLister) -> None:
     kept = c.past(~c.rst)
     listing = c.keep(1, name="listing")
     count = c.keep(range(32), name="count")  # parts that were taken
-    which, text = Value.cast(dut.list), Cat(Value.cast(modes), dut.probed, dut.inches)
+    which, text = Value.cast(dut.list), Cat(
+        Value.cast(modes), dut.feed_zero, dut.probed, dut.inches)
     motion = modes.motion.as_value()
     c.assume(~dut.start | ~listing)
     c.assume(~(kept & c.past(listing)) | ((which == c.past(which)) & (text == c.past(text))))
@@ -57,7 +58,8 @@ def describe(c: Contract, dut: GCodeLister) -> None:
     coolant = Mux(modes.mist, 7, Mux(modes.flood, 8, 9))
     said = [Mux(motion == 4, 80, Mux(motion >= 8, motion - 6, motion))[:7], modes.system + 54,
             modes.plane + 17, Mux(modes.inches, 20, 21), Mux(modes.relative, 91, 90),
-            Mux(modes.inverse, 93, 94), spindle, coolant, Const(8)]
+            Mux(modes.inverse, 93, 94), spindle, coolant, Const(8), Const(0), Const(0)]
+    without = (place == 10) & dut.feed_zero  # a feed, which is 0 then
     words = [GCodeText.MOTION, *[GCodeText.G] * 5, *[GCodeText.M] * 3, GCodeText.TOOL,
              GCodeText.FEED, GCodeText.SPEED]
 
@@ -69,7 +71,8 @@ def describe(c: Contract, dut: GCodeLister) -> None:
                                   Array(word.value for word in words)[place]), place == 11)
                   & (part.code == 0))
     c.implication("modes-are-said", "What is said of them is what they are.",
-                  when=parts.valid & of_modes & (place <= 8), then=part.value == Array(said)[place])
+                  when=parts.valid & of_modes & ((place <= 8) | without),
+                  then=part.value == Array(said)[place])
     axis, group = count % 3, (count // 3)[:4]
     c.implication("coordinates", "Coordinates come in GRBL's order, by their axes; then the "
                   "tool.", when=parts.valid & of_places, then=Mux(
@@ -90,7 +93,7 @@ def describe(c: Contract, dut: GCodeLister) -> None:
                       when=parts.valid & (dut.list == which_list),
                       then=offers(Const(name.value), Const(1)))
     reads = state("READ")
-    divided = of_places | of_probe | of_modes & (place >= 9)
+    divided = of_places | of_probe | of_modes & (place >= 9) & ~without
     c.implication("address", "A word is read from where it is.",
                   when=reads & divided,
                   then=dut.address == Mux(
@@ -126,7 +129,8 @@ def describe(c: Contract, dut: GCodeLister) -> None:
                 | (Value.cast(c.signal("chosen")) == Value.cast(c.signal("choice"))),
                 cover=state("READ"), lemma=True)
     c.invariant("value-of-a-mode", "A mode is offered as it was sampled.",
-                ~(parts.valid & of_modes & (place <= 8)) | (part.value == Array(said)[place]),
+                ~(parts.valid & of_modes & ((place <= 8) | without))
+                | (part.value == Array(said)[place]),
                 cover=parts.valid & of_modes, lemma=True)
     c.leaves_unused_codes("lister_state", fault=dut.fault,
                           shows=~parts.valid & ~dut.done)

@@ -9,7 +9,8 @@ HELP = b"[HLP:$$ $# $G $I $N $x=val $J=line $SLP $C $X $H $RST= ~ ! ? ctrl-x]\r\
 
 
 def listed(which: str, *, modes: Mapping[str, int], words: Mapping[int, int],
-           options: str = "V,63,128", probed: bool = False, inches: bool = False) -> bytes:
+           options: str = "V,63,128", probed: bool = False, inches: bool = False,
+           feed_zero: bool = False) -> bytes:
     """Return what ``$``, ``$G``, ``$#``, ``$I`` or ``$N`` lists; of ``PRB``, what ends ``$#``.
 
     Parameters
@@ -27,6 +28,8 @@ def listed(which: str, *, modes: Mapping[str, int], words: Mapping[int, int],
         The probe has touched in the last probing.
     inches : bool
         Lengths are in inches, and the feed as well.
+    feed_zero : bool
+        No feed holds, as behind G93: GRBL lists 0, whatever was set before.
     """
     match which:
         case "":
@@ -36,7 +39,7 @@ def listed(which: str, *, modes: Mapping[str, int], words: Mapping[int, int],
         case "N":
             return b"$N0=\r\n$N1=\r\n"
         case "G":
-            return _modes(modes, words, inches)
+            return _modes(modes, {**words, 47: 0} if feed_zero else words, inches)
         case "PRB":
             return _probed(words, probed, inches)
     # Origins of the systems from 16 on, of G28 and G30 from 38, the offset of G92 from 34

@@ -518,7 +518,8 @@ class GCode(MachineComponent):
             interpreter.verdict.eq(planner.verdict),
             interpreter.erase.eq(gate.erase), interpreter.erase_address.eq(gate.erase_address),
             interpreter.shown_address.eq(lister.address), lister.word.eq(interpreter.shown),
-            lister.modes.eq(interpreter.modes), lister.list.eq(gate.list),
+            lister.modes.eq(interpreter.modes), lister.feed_zero.eq(interpreter.feed_zero),
+            lister.list.eq(gate.list),
             lister.start.eq(gate.listing), gate.all_listed.eq(lister.done),
         ]
         probing = GCodeProbing() if settings.probes else None

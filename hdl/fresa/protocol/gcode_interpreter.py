@@ -127,6 +127,9 @@ class GCodeInterpreter(wiring.Component):
         Error of each line, or 0.
     modes : Out(GCodeModes)
         The present modes.
+    feed_zero : Out(1)
+        The feed is 0: no line has set it, or the last one left it undefined, as it was in G93, or
+        ended that, and had none.
     shown_address : In(6)
         An `Operand`, to be listed between two lines, or while PROBED is offered.
     shown : Out(signed(width))
@@ -153,8 +156,9 @@ class GCodeInterpreter(wiring.Component):
             "actions": Out(stream.Signature(GCodeAction)),
             "verdict": In(6), "operand_address": In(6), "operand": Out(signed(self.width)),
             "answers": Out(stream.Signature(unsigned(8))),
-            "modes": Out(GCodeModes), "shown_address": In(6), "shown": Out(signed(self.width)),
-            "erase": In(1), "erase_address": In(6), "fault": Out(1),
+            "modes": Out(GCodeModes), "feed_zero": Out(1, init=1), "shown_address": In(6),
+            "shown": Out(signed(self.width)), "erase": In(1), "erase_address": In(6),
+            "fault": Out(1),
         })
 
     def elaborate(self, platform) -> Module:
@@ -247,7 +251,6 @@ class GCodeInterpreter(wiring.Component):
         is_probe = Signal()
         moves = Signal()  # the line has a motion of its own
         unused = Signal()  # a value
-        feed_zero = Signal(init=1)  # no line so far had a feed
         line_feed_zero = Signal()
         words_error, line_error = Signal(6), Signal(6)
         m.d.sync += [
@@ -256,7 +259,7 @@ class GCodeInterpreter(wiring.Component):
             moves.eq((axes == AxisUse.MOTION) & any_axis & (motion != GCodeMotion.NONE)),
             unused.eq(_unused(line, is_arc).any() | (jog & (has["S"] | has["T"]))),
             line_feed_zero.eq(Mux(has["F"], line.zero_feed,
-                                  modes.inverse | self.modes.inverse | feed_zero)),
+                                  modes.inverse | self.modes.inverse | self.feed_zero)),
             words_error.eq(_error_of_words(m, line, jog)),
             line_error.eq(_error_of_line(m, line, is_arc, is_probe, line_feed_zero)),
         ]
@@ -389,7 +392,7 @@ class GCodeInterpreter(wiring.Component):
                 m.d.sync += self.modes.eq(modes)
                 m.next = "SET_NON_MODAL"
                 with m.If(~ending):
-                    m.d.sync += feed_zero.eq(line_feed_zero)
+                    m.d.sync += self.feed_zero.eq(line_feed_zero)
                 with m.If(has["F"]):
                     compute(CoordinateSum.SET_FEED, "STORE_FEED")
             computed("STORE_FEED", "SET_NON_MODAL")

@@ -68,6 +68,9 @@ LENGTH, PROBED = len(SYSTEMS), len(SYSTEMS) + 1
 MIST = 7
 """Turn of the first word of coolant, among the modes."""
 
+FEED = MIST + 3
+"""Turn of the feed, likewise."""
+
 PER_ONE = 1_000_000
 """Units of a number in 1."""
 
@@ -111,6 +114,8 @@ class GCodeLister(wiring.Component):
     PROBED       only the last of these lines, in three parts, too
     ===========  ============================================================================
 
+    The feed is 0 with ``feed_zero``, whatever its word is.
+
     With ``inches`` lengths are in 1/10000 inch, and the feed in 1/10 inch/min, or tenths of 1/min.
 
     A number is read by its address and divided serially, rounded half away from zero, but that of
@@ -129,7 +134,10 @@ class GCodeLister(wiring.Component):
     list : In(GCodeList)
         Which, constant until ``done``.
     modes : In(GCodeModes)
-        The modes; they, ``inches``, ``probed`` and all words are constant until ``done``.
+        The modes; they, ``feed_zero``, ``inches``, ``probed`` and all words are constant until
+        ``done``.
+    feed_zero : In(1)
+        No feed holds.
     inches : In(1)
         List in inches.
     probed : In(1)
@@ -152,8 +160,8 @@ class GCodeLister(wiring.Component):
     def __init__(self, *, width: int = 44) -> None:
         self.width = in_range("width", width, 4, 64)
         super().__init__({
-            "start": In(1), "list": In(GCodeList), "modes": In(GCodeModes), "inches": In(1),
-            "probed": In(1), "address": Out(6), "word": In(signed(self.width)),
+            "start": In(1), "list": In(GCodeList), "modes": In(GCodeModes), "feed_zero": In(1),
+            "inches": In(1), "probed": In(1), "address": Out(6), "word": In(signed(self.width)),
             "parts": Out(stream.Signature(LISTED)), "done": Out(1), "fault": Out(1),
         })
 
@@ -289,7 +297,9 @@ class GCodeLister(wiring.Component):
         units = [GCodeUnit.ONE] * 10 + [GCodeUnit.FEED, GCodeUnit.ONE]
         m.d.comb += [
             choice.text.eq(look_up([each.value for each in texts], turn, 5)),
-            choice.address.eq(look_up(places, turn, 6)), choice.divides.eq(turn >= MIST + 2),
+            choice.address.eq(look_up(places, turn, 6)),
+            # A feed that does not hold is as a mode that is 0.
+            choice.divides.eq((turn >= MIST + 2) & ~((turn == FEED) & self.feed_zero)),
             # As one more bit G93 leaves ONE, and makes INVERSE of FEED.
             choice.unit.eq(look_up([each.value for each in units], turn, 2) | modes.inverse),
             choice.ends.eq(turn == MIST + 4), choice.last.eq(turn == MIST + 4),

@@ -515,6 +515,17 @@ def test_a_feed_beyond_the_fastest_is_listed_as_that(session):
     assert "F128849 " in session.send("F200000\n$G\n")[1]
 
 
+def test_a_feed_that_does_not_hold_is_listed_as_0(session):
+    """As GRBL has it: F of G93 is that of its line alone, and a change of the mode leaves none."""
+    for line, feed in (("F500", "F500"), ("X0", "F500"), ("G93", "F0"), ("F7", "F7"), ("X0", "F0"),
+                       ("F8", "F8"), ("G94", "F0"), ("G93F3", "F3"), ("G94F40", "F40"),
+                       ("G0X0", "F40"), ("F0", "F0")):
+        assert f" {feed} " in session.send(f"{line}\n$G\n", wait=False)[1], line
+    session.send("F500\nG93\nG94\n")
+    assert session.send("G1X1\n$G\n") == [
+        "error:22", "[GC:G0 G54 G17 G21 G90 G94 M5 M9 T0 F0 S0]", "ok"]
+
+
 def tools(session) -> tuple[int, int]:
     """Return whether the spindle turns, and the coolant flows."""
     return tuple(session.engine.get("spindle", "flood"))

@@ -69,7 +69,7 @@ def test_inches(session):
     assert session.send("$10=0\n") == ["ok"]
     assert report(session)[1:] == ["WPos:-0.9409,-0.0197,-0.0900", "FS:0.0,0",
                                    "WCO:1.0000,0.0001,0.1000"]
-    assert session.send("G93\n$G\n", wait=False)[1].endswith(" F4.2 S500]")
+    assert session.send("G93F4.16\n$G\n", wait=False)[1].endswith(" F4.2 S500]")
     assert session.send("$13=2\n") == ["error:38"]
     assert session.send("$13=0\n") == ["ok"]
     assert report(session)[1:] == ["WPos:-23.900,-0.501,-2.287", "FS:0,0",

@@ -135,6 +135,7 @@ class Pair:
             found = refused.args[0], []
         assert found == expected, given
         assert self._modes() == self.model.modes.__dict__
+        assert self.engine.get("feed_zero") == (self.model.feed == 0)
         assert self._vector(Operand.POSITION) == self.model.position
         assert self._vector(Operand.ORIGIN) == self.model.origin
         assert self._vector(Operand.PROBED) == tuple(self.probed)

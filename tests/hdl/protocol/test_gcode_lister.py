@@ -31,8 +31,8 @@ class Lines(wiring.Component):
         lines = self.reporter.signature.members
         super().__init__({
             "start": In(1), "list": In(GCodeList), "modes": In(GCodeModes), "probed": In(1),
-            "inches": In(1), "address": Out(6), "word": In(signed(WIDTH)), "done": Out(1),
-            "reset": In(1), "answers": lines["answers"], "request": In(1),
+            "feed_zero": In(1), "inches": In(1), "address": Out(6), "word": In(signed(WIDTH)),
+            "done": Out(1), "reset": In(1), "answers": lines["answers"], "request": In(1),
             "bytes": lines["bytes"]})
 
     def elaborate(self, platform) -> Module:
@@ -46,6 +46,7 @@ class Lines(wiring.Component):
         m.d.comb += [
             lister.start.eq(self.start), lister.list.eq(self.list), lister.modes.eq(self.modes),
             lister.probed.eq(self.probed), lister.inches.eq(self.inches),
+            lister.feed_zero.eq(self.feed_zero),
             reporter.inches.eq(self.inches),
             self.address.eq(lister.address), lister.word.eq(self.word), self.done.eq(lister.done),
             reporter.abandon.eq(self.reset), reporter.request.eq(self.request)]
@@ -58,7 +59,7 @@ class Host:
     def __init__(self, engine, seed: object = 0) -> None:
         self.engine, self.rng = engine, random.Random(f"{seed}")
         self.modes, self.words, self.sent = dict.fromkeys(MODES, 0), [0] * 64, bytearray()
-        self.probed = self.inches = False
+        self.probed = self.inches = self.feed_zero = False
         engine.set(rst=1, answers_valid=0, request=0, reset=0, start=0)
         engine.run(1)
         engine.set(rst=0)
@@ -82,7 +83,7 @@ class Host:
     def begin(self, line: str) -> None:
         bits = GCodeModes.const(self.modes).as_bits()
         self.run(start=1, list=LINES[line].value, modes=bits, probed=self.probed,
-                 inches=self.inches)
+                 inches=self.inches, feed_zero=self.feed_zero)
 
     def list(self, line: str, share: float = 1) -> bytes:
         """Have something listed; return all lines of it."""
@@ -128,6 +129,16 @@ def test_inches(engine):
     assert host.list("#").startswith(b"[G54:1.0000,0.0000,-0.0001]\r\n[G55:0.0000,")
     host.modes["inverse"], host.words[47] = 1, 2_350_000  # 1/min
     assert host.list("G").endswith(b" F2.4 S500]\r\n")
+    host.feed_zero = True
+    assert host.list("G").endswith(b" F0.0 S500]\r\n")
+
+
+def test_a_feed_that_does_not_hold_is_0(engine):
+    host = Host(engine)
+    host.words[47:50] = 8_333_333, 500 * 10**6, 3 * 10**6
+    assert host.list("G").endswith(b" T3 F500 S500]\r\n")
+    host.feed_zero = True
+    assert host.list("G").endswith(b" T3 F0 S500]\r\n")
 
 
 @pytest.mark.parametrize("motion", MOTIONS)
@@ -146,7 +157,7 @@ def test_lists_are_those_of_the_model(engine, seed):
     for _ in range(3 if seed else 1):
         host.modes = {name: rng.randrange(count) for name, count in MODES.items()}
         host.modes["motion"], host.probed = rng.choice(MOTIONS), rng.random() < 0.5
-        host.inches = rng.random() < 0.5
+        host.inches, host.feed_zero = rng.random() < 0.5, rng.random() < 0.3
         host.modes["counter_clockwise"] &= 1 - host.modes["clockwise"]
         host.words = [rng.choice([0, 500, 499, -500,
                                   rng.randint(-2**35, 2**35 - 1) >> rng.randrange(35)])
@@ -157,7 +168,7 @@ def test_lists_are_those_of_the_model(engine, seed):
         for line in LINES:
             assert host.list(line, rng.choice([0.3, 1])) == listed(
                 line, modes=host.modes, words=dict(enumerate(host.words)), options="VC,31,96",
-                probed=host.probed, inches=host.inches)
+                probed=host.probed, inches=host.inches, feed_zero=host.feed_zero)
 
 
 @pytest.fixture(scope="module")
