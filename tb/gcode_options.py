@@ -35,12 +35,19 @@ def read_others(text: str) -> tuple[tuple[int, Fraction], ...]:
     return tuple(found.items())
 
 
+def _language(steps_per_mm: Sequence[Fraction], *, probing: bool) -> Interpreter:
+    """Return the model of the language of a machine with these steps of X, Y and Z."""
+    return Interpreter(probing=probing,
+                       steps_per_metre=[round(each * 1000) for each in steps_per_mm])
+
+
 def _plain(line: str) -> str:
     """Return a line without its comments."""
     return re.sub(r"\([^)]*(?:\)|$)|;.*", "", line)
 
 
-def read_program(name: str, dialect: str, *, startup: Sequence[str], probing: bool) -> bytes:
+def read_program(name: str, dialect: str, *, startup: Sequence[str], probing: bool,
+                 steps_per_mm: Sequence[Fraction]) -> bytes:
     """Return the program in a file, without comments, after the model of the language took it.
 
     Startup lines have come before.
@@ -51,7 +58,7 @@ def read_program(name: str, dialect: str, *, startup: Sequence[str], probing: bo
         text = Path(name).read_text(encoding="latin-1")  # a comment may have any bytes
     except OSError as error:
         raise ValueError(f"--program {name} cannot be read: {error.strerror}") from error
-    language, lines = Interpreter(probing=probing and dialect == "grbl"), []
+    language, lines = _language(steps_per_mm, probing=probing and dialect == "grbl"), []
     for line in startup:
         language.line(words(line))
     for number, line in enumerate(text.splitlines(), 1):
@@ -73,9 +80,10 @@ def read_program(name: str, dialect: str, *, startup: Sequence[str], probing: bo
     return data
 
 
-def read_startup(lines: Sequence[str], dialect: str, *, probing: bool) -> tuple[str, ...]:
+def read_startup(lines: Sequence[str], dialect: str, *, probing: bool,
+                 steps_per_mm: Sequence[Fraction]) -> tuple[str, ...]:
     """Return startup lines as the machine would keep them, if it would take them."""
-    language, kept = Interpreter(probing=probing), []
+    language, kept = _language(steps_per_mm, probing=probing), []
     for line in lines:
         kept.append(re.sub(r"[ \t]", "", _plain(line)).upper())
         try:

@@ -18,13 +18,16 @@ SMALLEST = 5e-7
 
 
 def verdict(end: tuple[int, int], *, centre: tuple[int, int] | None, radius: int = 0,
-            clockwise: bool = False) -> int:
-    """Return GRBL's code for an arc from (0, 0), in nm, or 0."""
+            clockwise: bool = False, steps: int = 0) -> int:
+    """Return GRBL's code for an arc from (0, 0), in nm, or 0.
+
+    `steps` are those per metre of the finer axis of the plane; 0 if they do not matter.
+    """
     try:
         if centre is None:
-            centre_by_radius(*end, radius, clockwise=clockwise)
+            centre_by_radius(*end, radius, clockwise=clockwise, steps_per_metre=steps)
         else:
-            check_radii(*centre, *end)
+            check_radii(*centre, *end, steps_per_metre=steps)
     except RefusedLine as refused:
         return refused.args[0]
     return 0

@@ -106,7 +106,7 @@ class ProgramModel:
 
     def __init__(self, settings: PlanSettings) -> None:
         self.settings = settings
-        self.language = Interpreter()
+        self.language = Interpreter(steps_per_metre=settings.steps)
         self._planner = Planner(settings)
         self._formulas = FormulaModel(REGISTERS, TABLES, LineSettings(
             clock=settings.clock, speeds=settings.speeds, accelerations=settings.accelerations,
@@ -127,8 +127,8 @@ class ProgramModel:
         Raises
         ------
         ValueError
-            If an arc is larger than the rotator can turn, which the machine refuses, or a line
-            probes: where that ends is not known.
+            If a line probes: where that ends is not known. If an arc by R is within a nm of the
+            largest that can be made, so that it is not known whether it can.
         """
         try:
             actions = self.language.line(words(text))

@@ -27,6 +27,10 @@ REACH = 1 << 35
 """Positions are below this, in nm: 36 bits with the sign."""
 
 
+MAX_RADIUS = 1 << 33
+"""Radii of arcs are below this, in nm."""
+MAX_RADIUS_STEPS = 1 << 21
+"""They are at most so many steps of each axis of their plane."""
 TOP_FEED = (1 << 31) - 1
 """In nm/s."""
 
@@ -214,6 +218,8 @@ class Interpreter:
         That of the machine at the start, in nm.
     probing : bool
         It has a probe: else G38 is unknown. A probing ends at its target, as if nothing touched.
+    steps_per_metre : sequence of int
+        Of X, Y and Z; 0 for any number, so that no arc is of too many steps.
 
     Attributes
     ----------
@@ -231,8 +237,9 @@ class Interpreter:
         In nm, along Z.
     """
 
-    def __init__(self, position: Vector = ORIGIN, *, probing: bool = True) -> None:
-        self.probing = probing
+    def __init__(self, position: Vector = ORIGIN, *, probing: bool = True,
+                 steps_per_metre: Sequence[int] = ORIGIN) -> None:
+        self.probing, self.steps_per_metre = probing, tuple(steps_per_metre)
         self.modes = Modes()
         self.position = position
         self.feed = self.spindle_speed = self.tool = self.tool_length = 0
@@ -252,7 +259,7 @@ class Interpreter:
     def reset(self) -> None:
         """Keep the position, the coordinate systems, and the positions of G28 and G30 only."""
         kept = self.position, self.systems, self.predefined
-        self.__init__(probing=self.probing)
+        self.__init__(probing=self.probing, steps_per_metre=self.steps_per_metre)
         self.position, self.systems, self.predefined = kept
 
     def check(self, words: Iterable[Word]) -> None:
@@ -546,16 +553,18 @@ class Interpreter:
         if not (given[a] or given[b]):
             raise RefusedLine(32)
         x, y = target[a] - self.position[a], target[b] - self.position[b]
+        steps = max(self.steps_per_metre[axis] for axis in plane)
         if "R" in line.values:
             if target == self.position:
                 raise RefusedLine(33)
             radius = _length(line.values["R"], line.modes.inches)
-            return centre_by_radius(x, y, radius, clockwise=line.modes.motion == 2), plane, "R"
+            return centre_by_radius(x, y, radius, clockwise=line.modes.motion == 2,
+                                    steps_per_metre=steps), plane, "R"
         letters = "IJK"
         if not (letters[a] in line.values or letters[b] in line.values):
             raise RefusedLine(35)
         i, j = (_length(line.values.get(letters[n], 0), line.modes.inches) for n in plane)
-        return check_radii(i, j, x, y), plane, letters
+        return check_radii(i, j, x, y, steps_per_metre=steps), plane, letters
 
     def _run(self, line: _Line, feed: int, moves: list[Action],
              coordinates: tuple[int, Vector] | None, offset: Vector, home: Vector | None,
@@ -663,7 +672,8 @@ def _rate(per_minute: int) -> int:
     return min(max(per_minute // 60, 1), TOP_FEED) if per_minute else 0
 
 
-def centre_by_radius(x: int, y: int, radius: int, *, clockwise: bool) -> tuple[int, int]:
+def centre_by_radius(x: int, y: int, radius: int, *, clockwise: bool,
+                     steps_per_metre: int = 0) -> tuple[int, int]:
     """Return the centre of an arc of a radius to (x, y), within a nm of the exact one.
 
     A negative radius is that of the longer arc.
@@ -671,7 +681,8 @@ def centre_by_radius(x: int, y: int, radius: int, *, clockwise: bool) -> tuple[i
     Raises
     ------
     RefusedLine
-        If the radius is less than half the chord.
+        If the radius is less than half the chord; otherwise if it is `MAX_RADIUS` or more, or as
+        `check_radii` says of the centre.
     """
     chord = x * x + y * y
     rest = 4 * radius * radius - chord
@@ -682,20 +693,29 @@ def centre_by_radius(x: int, y: int, radius: int, *, clockwise: bool) -> tuple[i
     if clockwise == (radius > 0):
         ratio = -ratio
     half = 1 << scale
-    return ((x << scale) - y * ratio + half) >> scale + 1, \
-        ((y << scale) + x * ratio + half) >> scale + 1
+    if abs(radius) >= MAX_RADIUS:
+        raise RefusedLine(33)
+    return check_radii(((x << scale) - y * ratio + half) >> scale + 1,
+                       ((y << scale) + x * ratio + half) >> scale + 1, x, y,
+                       steps_per_metre=steps_per_metre)
 
 
-def check_radii(i: int, j: int, x: int, y: int) -> tuple[int, int]:
-    """Return the centre (i, j) of an arc to (x, y).
+def check_radii(i: int, j: int, x: int, y: int, *, steps_per_metre: int = 0) -> tuple[int, int]:
+    """Return the centre (i, j) of an arc to (x, y); lengths are in nm.
+
+    `steps_per_metre` are those of the axis of the plane that has more of them.
 
     Raises
     ------
     RefusedLine
-        If the arc ends at another radius than it begins with.
+        If the arc ends at another radius than it begins with, by over 0.5 mm, or by over 0.005 mm
+        and 0.1 %; if it has none, to below 1 nm; if it has `MAX_RADIUS` or more, or one that may
+        be over `MAX_RADIUS_STEPS`: known to the nm below, it may be as long as that above.
     """
     radius = isqrt(i * i + j * j)
     difference = abs(isqrt((x - i) ** 2 + (y - j) ** 2) - radius)
     if difference > 500_000 or (difference > 5_000 and 1000 * difference > radius):
+        raise RefusedLine(33)
+    if not 0 < radius < MAX_RADIUS or (radius + 1) * steps_per_metre > MAX_RADIUS_STEPS * 10**9:
         raise RefusedLine(33)
     return i, j

@@ -138,6 +138,28 @@ class TestArcs:
         if abs(side) > 2 * math.hypot(x, y):
             assert (side > 0) == (clockwise == long)
 
+    @pytest.mark.parametrize(("line", "answer"), [
+        ("G2 I0 J0 X0 F60", 33), ("G2 X0 I.000001 F60", 0),
+        ("G2 X0 J8589.934591 F60", 0), ("G2 X0 J8589.934592 F60", 33),
+        ("G2 X1 R8589.9 F60", 0), ("G2 X1 R-8589.934592 F60", 33), ("G3 X1 R9000 F60", 33),
+        ("G2 X17500 R8600 F60", 34), ("G19 G2 Y0 J8388.607999 F60", 0),
+        ("G19 G2 Y0 J8388.608 F60", 33), ("G18 G2 X0 I8388.608 F60", 33),
+        ("G19 G2 Y1 R8388.6 F60", 0), ("G19 G2 Y1 R8388.609 F60", 33)])
+    def test_radii_have_bounds(self, line, answer):
+        """From 1 nm, below 2**33 nm, to 2**21 steps of the finer axis of the plane."""
+        machine = Interpreter(steps_per_metre=(80_000, 40_000, 250_000))
+        if answer:
+            with pytest.raises(RefusedLine, match=f"^{answer}$"):
+                machine.line(words(line))
+        else:
+            assert isinstance(machine.line(words(line))[0], Arc)
+
+    def test_a_reset_leaves_the_steps(self):
+        machine = Interpreter(steps_per_metre=(80_000, 40_000, 250_000))
+        machine.reset()
+        with pytest.raises(RefusedLine, match="^33$"):
+            machine.line(words("G19 G2 Y0 J8388.608 F60"))
+
     def test_full_circle_and_helix(self):
         _, found = run("G2 X0 I5 F60", "G3 X0 Y10 Z2 J5")
         assert found == [[Arc(mm(0), (5_000_000, 0), (0, 1), True, 10**6)],

@@ -47,6 +47,15 @@ def test_impossible_times(chosen, message):
         GCodeSettings(**chosen)
 
 
+def test_arcs_of_a_program_are_of_the_steps_of_the_machine(tmp_path):
+    program = tmp_path / "arc.ngc"
+    program.write_text("G2 X0 J3000 F600\n")
+    assert settings(program=str(program)).program
+    for chosen in {"program": str(program)}, {"startup": ("G2 X0 J3000 F600", "")}:
+        with pytest.raises(ValueError, match="refuse 'G2 X0 J3000 F600' with error:33"):
+            settings(steps=("800", "80", "80"), **chosen)
+
+
 def test_startup_lines_are_those_that_the_machine_would_keep():
     kept = settings(startup=("g21 (mm) f600", "G1 X0.5 ; a bit"))
     assert kept.startup == ("G21F600", "G1X0.5")

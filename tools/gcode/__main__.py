@@ -9,7 +9,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
-from fresa.machines.gcode import GCodeSettings
+from fresa.machines.gcode import AXES, GCodeSettings
 from fresa_host.errors import MachineError
 from fresa_host.gcode_lines import ERRORS, BlockRefused, program
 from tb.engines import Engine, EngineError, build_with_fallback, why_slow
@@ -116,7 +116,7 @@ def main(argv: list[str] | None = None) -> int:
         return 1
     if not blocks:
         raise UserError(f"there is no line of G-code in {name}")
-    asked, refused = _ask(blocks)
+    asked, refused = _ask(blocks, settings)
     try:
         job, engine = _simulate(blocks, asked, settings, args)
     except BlockRefused as error:
@@ -235,9 +235,10 @@ def _settings(clock: int | None, values: dict[str, Any]) -> GCodeSettings:
     raise UserError(f"a machine with these options cannot be simulated: {reason}")
 
 
-def _ask(blocks: Sequence[tuple[int, str]]) -> tuple[Asked, tuple[int, str, int] | None]:
+def _ask(blocks: Sequence[tuple[int, str]], settings: GCodeSettings
+         ) -> tuple[Asked, tuple[int, str, int] | None]:
     """Return the path of a program, and the line that the model refuses, with the error's code."""
-    asked = Asked()
+    asked = Asked([settings.store[100 + axis] for axis in range(AXES)])
     with Progress(len(blocks), "lines", "reading") as progress:
         for number, text in blocks:
             try:

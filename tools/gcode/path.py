@@ -133,14 +133,19 @@ Segment = Straight | Curve
 class Asked:
     """What a program asks for, line by line.
 
+    Parameters
+    ----------
+    steps_per_metre : sequence of int
+        Of X, Y and Z, of which arcs have a limit; 0 for any number.
+
     Attributes
     ----------
     segments : list of Segment
         The path so far, from the origin on, of those that have a length.
     """
 
-    def __init__(self) -> None:
-        self._machine = Interpreter()
+    def __init__(self, steps_per_metre: Sequence[int] = (0, 0, 0)) -> None:
+        self._machine = Interpreter(steps_per_metre=steps_per_metre)
         self._at: Point = (0.0, 0.0, 0.0)
         self.segments: list[Segment] = []
 

@@ -43,13 +43,15 @@ def _real(clock: int, *, steps: Sequence[str], rate: Sequence[str], acceleration
     each = {name: tuple(read_number(f"--{name}", text) for text in texts)
             for name, texts in (("steps", steps), ("rate", rate), ("acceleration", acceleration))}
     probes = probing != "no"
-    first = read_startup(startup, dialect, probing=probes)
+    first = read_startup(startup, dialect, probing=probes, steps_per_mm=each["steps"])
     return {"settings": GCodeSettings(
         clock=clock, steps_per_mm=each["steps"], max_rate=each["rate"],
         acceleration=each["acceleration"], deviation=read_number("--deviation", deviation),
         others=read_others(settings), kinematics=kinematics, second_motor=second_motor,
-        program=read_program(program, dialect, startup=first, probing=probes), dialect=dialect,
-        probing=probes, startup=first, startup_lines=startup_lines != "no", **values)}
+        program=read_program(program, dialect, startup=first, probing=probes,
+                             steps_per_mm=each["steps"]),
+        dialect=dialect, probing=probes, startup=first, startup_lines=startup_lines != "no",
+        **values)}
 
 
 def _inverted(**options: Any):

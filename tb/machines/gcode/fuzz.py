@@ -268,7 +268,7 @@ def _check(findings: Findings, line: Levels, seen: Seen, floods: Floods) -> None
 def _answers(findings: Findings, received: list[tuple[int, int, bool]], resets: list[int],
              said: list[tuple[int, bytes]], seen: Seen) -> list[Failure]:
     """Compare all answers with what lines are answered, from one reset to the next."""
-    model, known = Interpreter(), True
+    model, known = Interpreter(steps_per_metre=(1000 * PER_MM,) * 3), True
     for begin, end in zip([0, *resets], [*resets, len(seen["step"])], strict=True):
         after = [each for each in received if begin < each[0] <= end]
         if begin and [byte for _, byte, _ in after[:100]] != [0] * 100:

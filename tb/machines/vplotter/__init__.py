@@ -41,15 +41,16 @@ def _real(clock: int, *, wall: tuple[int, int], least_y: int, rest: tuple[int, i
           string_steps: str, rate: str, acceleration: str, deviation: str, settings: str,
           program: str, startup: Sequence[str], **values: Any):
     speed, change = read_number("--rate", rate), read_number("--acceleration", acceleration)
-    first = read_startup(startup, "grbl", probing=False)
-    return {"settings": VPlotterSettings(
+    made = VPlotterSettings(
         clock=clock, wall_width=wall[0], wall_height=wall[1], least_y=least_y, rest=rest,
         string_steps=read_number("--string-steps", string_steps),
         max_rate=(speed, speed, DEFAULT.max_rate[2]),
         acceleration=(change, change, DEFAULT.acceleration[2]),
         deviation=read_number("--deviation", deviation), others=read_others(settings),
-        program=read_program(program, "grbl", startup=first, probing=False), startup=first,
-        **values)}
+        **values)
+    first = read_startup(startup, "grbl", probing=False, steps_per_mm=made.steps_per_mm)
+    return {"settings": replace(made, startup=first, program=read_program(
+        program, "grbl", startup=first, probing=False, steps_per_mm=made.steps_per_mm))}
 
 
 def _figures(clock: int, made: Options, **values: Any):

@@ -244,13 +244,27 @@ class TestVerdict:
         machine.begin(start)
         assert machine.check([start[0] + end[0], end[1], 0], plane=0, clockwise=False,
                              centre=centre) == wanted
+        assert verdict(end, centre=centre, steps=80_000) == wanted
+
+    @pytest.mark.parametrize(("radius", "wanted"), [
+        (1, 0), ((1 << 33) - 2, 0), (1 << 33, 33), (-(1 << 33), 33), (1 << 34, 33)])
+    def test_is_by_what_can_be_made_of_a_radius(self, radius, wanted):
+        """A half of a circle, whose centre is in the middle of its chord."""
+        machine = Machine(Line(steps=(80_000, 10_000, 200_000)))
+        machine.begin([-17_000_000_000, 0, 0])
+        chord = min(abs(radius), (1 << 33) - 2) * 2
+        assert machine.check([chord - 17_000_000_000, 0, 0], plane=0, clockwise=False,
+                             radius=radius) == wanted
+        assert verdict((chord, 0), centre=None, radius=radius, steps=80_000) == wanted
 
     def test_is_by_the_unit_of_the_rotator(self):
         machine = Machine(Line(steps=(1_000_000, 1_000_000, 2_000_000)))
         for plane, radius in (0, 2_097_152_000), (1, 2_097_152_000 // 2):
-            for more, wanted in (-2, 0), (1, 33):
+            for more, wanted in (-2, 0), (-1, 0), (0, 33), (1, 33):
                 assert machine.check([0, 0, 0], plane=plane, clockwise=True,
                                      centre=(0, radius + more)) == wanted
+                assert verdict((0, 0), centre=(0, radius + more),
+                               steps=1_000_000 << plane) == wanted
             machine.check([0, 0, 0], plane=plane, clockwise=True, centre=(0, radius - 2))
             machine.run("arc_path", "arc_plan")
             assert machine.get("shift") == 24
