@@ -9,7 +9,7 @@ HELP = b"[HLP:$$ $# $G $I $N $x=val $J=line $SLP $C $X $H $RST= ~ ! ? ctrl-x]\r\
 
 
 def listed(which: str, *, modes: Mapping[str, int], words: Mapping[int, int],
-           options: str = "V,63,128", probed: bool = False, inches: bool = False,
+           options: str = "VM,63,128", probed: bool = False, inches: bool = False,
            feed_zero: bool = False) -> bytes:
     """Return what ``$``, ``$G``, ``$#``, ``$I`` or ``$N`` lists; of ``PRB``, what ends ``$#``.
 

@@ -127,7 +127,7 @@ class FakeGCode(FakePort):
         elif line == "$G":
             answer = b"[GC:G38.2 G54 G17 G20 G90 G94 M3 M9 T0 F0 S0]\r\nok\r\n"
         elif line == "$I":
-            answer = b"[VER:1.1h.20190830:]\r\n[OPT:V,15,128]\r\nok\r\n"
+            answer = b"[VER:1.1h.20190830:]\r\n[OPT:VM,15,128]\r\nok\r\n"
         elif self.state == "Alarm":
             answer = b"error:9\r\n"
         else:

@@ -75,7 +75,7 @@ def test_what_is_refused_names_its_line(fake):
             machine.stream(["G0 X1", "", "G2 X10 I4 F60", "G0 X5"])
         with pytest.raises(BlockRefused, match=r"there is no such command, in 'G99' \(error:20\)"):
             machine.command("G99")
-        assert machine.command("$I") == ["[VER:1.1h.20190830:]", "[OPT:V,15,128]"]
+        assert machine.command("$I") == ["[VER:1.1h.20190830:]", "[OPT:VM,15,128]"]
 
 
 def test_a_jog_and_its_end(fake):

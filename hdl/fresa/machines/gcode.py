@@ -258,10 +258,16 @@ class GCodeSettings:
     def options(self) -> str:
         """What it is built with, by GRBL's letters.
 
-        Those of a variable spindle, of CoreXY, and of two motors on one axis, squared by homing.
+        Those of a variable spindle, of M7, of CoreXY, and of two motors on one axis, squared by
+        homing.
         """
-        return ("V" * (self.dialect == "grbl") + "C" * (self.kinematics == "corexy")
-                + "2" * (self.second_motor is not None))
+        return ("V" * (self.dialect == "grbl") + "M" * self.mists
+                + "C" * (self.kinematics == "corexy") + "2" * (self.second_motor is not None))
+
+    @property
+    def mists(self) -> bool:
+        """Whether M7 of GRBL switches an output; the dialect of the thesis has no M7."""
+        return self.dialect == "grbl"
 
     @property
     def probes(self) -> bool:

@@ -236,6 +236,11 @@ class VPlotterSettings(GCodeSettings):
                 131: Fraction(self.wall_height - self.least_y), 132: Fraction(2 * LIFT)}
 
     @property
+    def mists(self) -> bool:
+        """M7 is taken, but there is no output for it."""
+        return False
+
+    @property
     def bounds(self) -> dict[int, int]:
         return dict.fromkeys((20, 22, 100, 101, 130, 131), 0) | {
             110 + axis: floor(self.max_rate[axis] * 1000) for axis in range(2)}

@@ -425,7 +425,7 @@ def test_lists_say_what_the_machine_has(session):
     assert [line[1:4] for line in listed[:-1]] == [
         "G54", "G55", "G56", "G57", "G58", "G59", "G28", "G30", "G92", "TLO", "PRB"]
     assert _listed(session, "$I\n$N\n") == [
-        "[VER:1.1h.20190830:]", "[OPT:V,63,128]",
+        "[VER:1.1h.20190830:]", "[OPT:VM,63,128]",
         "[MSG:Settings and coordinates last until power-off]", "ok",
         "$N0=", "$N1=", "ok"]
     assert session.send("$\n")[0].startswith("[HLP:$$ $# $G $I $N ")
@@ -436,9 +436,9 @@ def test_lists_say_what_the_machine_has(session):
 
 
 @pytest.mark.parametrize(("options", "letters"), [
-    ({}, "V"), ({"dialect": "thesis"}, ""), ({"kinematics": "corexy"}, "VC"),
-    ({"dialect": "thesis", "kinematics": "corexy"}, "C"), ({"second_motor": "y"}, "V2"),
-    ({"kinematics": "corexy", "second_motor": "z"}, "VC2")])
+    ({}, "VM"), ({"dialect": "thesis"}, ""), ({"kinematics": "corexy"}, "VMC"),
+    ({"dialect": "thesis", "kinematics": "corexy"}, "C"), ({"second_motor": "y"}, "VM2"),
+    ({"kinematics": "corexy", "second_motor": "z"}, "VMC2")])
 def test_letters_of_the_build(options, letters):
     assert GCodeSettings(**options).options == letters
 

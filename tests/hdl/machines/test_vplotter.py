@@ -414,6 +414,10 @@ class TestSettings:
 
 @compiled
 @pytest.mark.long
+def test_letters_of_the_build_have_none_of_coolant():
+    assert SETTINGS.options == "V"
+
+
 def test_a_place_of_rest_at_edges_is_within_the_limits():
     settings = replace(SETTINGS, rest=(0, 60))
     with started(component("vplotter", VPlotter(settings=settings)), settings) as session:
