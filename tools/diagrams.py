@@ -367,9 +367,9 @@ DIAGRAMS = (
         "inputs: seeks switches moved outputs: halt failed", 0, 30),
     Diagram(
         "contact-filter",
-        "A level passes once it has been there for the clocks of `period`, 8 and then 3, whatever "
-        "resets; it ends with the clock after the input.",
-        "inputs: i period rst outputs: o", 0, 28),
+        "A level passes once it has been there in three ticks, which are half of a `period` of 8, "
+        "and then of 2, apart; it ends with the clock after the input, and a reset leaves it.",
+        "inputs: i period rst outputs: o inside: dut.tick", 22, 79),
     Diagram(
         "glitch-filter",
         "Bounces do not pass. A level does once it has been there for 8 clocks, and not a clock "

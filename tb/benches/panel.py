@@ -61,28 +61,32 @@ async def _level(run: Run, dut: ContactFilter | GlitchFilter, ctx, i: int, clock
 @bench
 def contact_filter(run: Run) -> str:
     """A contact that bounces and closes, for a time that is then shorter."""
-    dut = ContactFilter(most=8)
-
+    dut = ContactFilter(width=1, most=8)
     level = partial(_level, run, dut)
 
     async def test(ctx):
         ctx.set(dut.period, 8)
-        await level(ctx, 1, 7, 0)
-        await level(ctx, 0, 1, 0)
         await level(ctx, 1, 8, 0)
+        await level(ctx, 0, 1, 0)
+        await level(ctx, 1, 13, 0)
+        await level(ctx, 0, 1, 0)
+        ctx.set(dut.i, 1)
+        await ctx.tick().repeat(18)
         ctx.set(run.rst, 1)
         await level(ctx, 1, 4, 1)
         ctx.set(run.rst, 0)
         await level(ctx, 0, 1, 1)
-        ctx.set(dut.period, 3)
+        ctx.set(dut.period, 2)
+        await level(ctx, 0, 18, 0)
+        await level(ctx, 1, 4, 0)
         await level(ctx, 0, 1, 0)
-        await level(ctx, 1, 2, 0)
-        await level(ctx, 0, 1, 0)
-        await level(ctx, 1, 3, 0)
-        await level(ctx, 1, 1, 1)
+        ctx.set(dut.i, 1)
+        await ctx.tick().repeat(9)
+        run.see(ctx, dut, o=1)
+        await ctx.tick()
 
     run.simulate(dut, test)
-    return "closings of 7 clocks and of 2 did not pass filters of 8 and of 3, longer ones did"
+    return "closings of 13 clocks and of 4 did not pass filters of 8 and of 2, longer ones did"
 
 
 @bench

@@ -1,18 +1,20 @@
 """Contracts of the filters that a level passes when it has been steady."""
 
+from amaranth import Array
+
 from fresa.panel import ContactFilter, GlitchFilter
 
-from .contract import Bits, Case, Component, Contract
+from .contract import Case, Component, Contract
 
 __all__ = ["CONTACT_FILTER", "GLITCH"]
 
 
-def _steady(c: Contract, dut: GlitchFilter | ContactFilter, most: int) -> tuple[Bits, Bits]:
-    """State when a level passes; return for how long it was high, and whether that is enough."""
-    run = c.keep(range(most + 1), name="run")  # clocks before this in which it was high
+def describe(c: Contract, dut: GlitchFilter) -> None:
+    """The output is high when the input has been high for a whole period, at once and no sooner."""
+    run = c.keep(range(dut.period + 1), name="run")  # clocks before this in which it was high
     with c.m.If(~dut.i):
         c.m.d.sync += run.eq(0)
-    with c.m.Elif(run < most):
+    with c.m.Elif(run < dut.period):
         c.m.d.sync += run.eq(run + 1)
     steady = (run != 0) & (run >= dut.period)
     c.implication("starts-low", "The output is low at power-up.", when=~c.past(1), then=~dut.o)
@@ -24,12 +26,6 @@ def _steady(c: Contract, dut: GlitchFilter | ContactFilter, most: int) -> tuple[
                   when=c.past(dut.o & ~dut.i), then=~dut.o)
     c.implication("unaffected-by-reset", "Reset changes nothing.",
                   when=c.past(c.rst & dut.o & dut.i), then=dut.o)
-    return run, steady
-
-
-def describe(c: Contract, dut: GlitchFilter) -> None:
-    """The output is high when the input has been high for a whole period, at once and no sooner."""
-    run, steady = _steady(c, dut, dut.period)
     if dut.period > 1:
         c.invariant("count-is-the-run", "The divider counts the clocks of the input.",
                     steady | (c.signal("divider.count") + dut.period - 1 == run), cover=run == 1)
@@ -42,16 +38,37 @@ GLITCH = Component(
 
 
 def describe_contact(c: Contract, dut: ContactFilter) -> None:
-    """The same for a period that is an input, and stays."""
+    """Outputs are high when inputs have been so for a time, that stays; each by itself."""
     c.assume(~c.past(1) | (dut.period == c.past(dut.period)))
-    run, steady = _steady(c, dut, dut.most)
-    c.invariant("count-is-the-run", "The clocks of the input are counted until they are enough.",
-                steady | (c.signal("count") == run + 2), cover=run == 1)
-    c.invariant("known-ahead", "Whether the present clock makes them enough is known before.",
-                steady | (c.signal("enough") == ((run != 0) & (run + 1 >= dut.period))),
-                cover=c.signal("enough"), lemma=True)
+    interval = (dut.period >> 1) + 2  # clocks from a tick to the next
+    count, tick = c.signal("count"), c.signal("tick")
+    c.invariant("counts", "Ticks are half a period apart, and 2 clocks.",
+                (count < interval) & (tick == (count + 1 == interval)), cover=tick)
+    # Of one of them, whichever it is
+    number = c.free(range(dut.width), name="number")
+    c.assume((number < dut.width) & (~c.past(1) | (number == c.past(number))))
+    run = c.keep(range(3 * ((dut.most >> 1) + 2) + 1), name="run")  # clocks before, if it was high
+    level, passed = dut.i.bit_select(number, 1), dut.o.bit_select(number, 1)
+    ticks = Array(c.signal(f"ticks_{each}") for each in range(dut.width))[number]
+    with c.m.If(~level):
+        c.m.d.sync += run.eq(0)
+    with c.m.Elif(run < 3 * ((dut.most >> 1) + 2)):
+        c.m.d.sync += run.eq(run + 1)
+    c.implication("steady-passes", "An input that was high for one and a half periods passes.",
+                  when=run >= 3 * interval, then=passed)
+    c.implication("glitch-blocked", "One that was high for less than a period does not pass.",
+                  when=run < dut.period + 4, then=~passed)
+    for number, kept in enumerate(ticks):
+        c.invariant(f"in-ticks-{number}", "It is kept in how many ticks it was high.",
+                    kept == (run > count + number * interval), cover=kept, lemma=True)
+    c.implication("low-ends-it", "A low input ends the output with the next clock.",
+                  when=c.past(passed & ~level), then=~passed)
+    c.implication("starts-low", "All are low at power-up.", when=~c.past(1), then=~dut.o.any())
+    c.implication("unaffected-by-reset", "Reset changes nothing.",
+                  when=c.past(c.rst & passed & level), then=passed)
 
 
 CONTACT_FILTER = Component(
     make=ContactFilter, describe=describe_contact,
-    cases=(*(Case({"most": most}) for most in (3, 1)), Case({"most": (1 << 20) - 1}, real=True)))
+    cases=(*(Case({"width": 2, "most": most}) for most in (3, 1)),
+           Case({"width": 7, "most": (1 << 20) - 1}, real=True)))

@@ -1099,7 +1099,7 @@ class GCode(MachineComponent):
 
     def _switches(self, m: Module, flags: Value) -> tuple[Value, Value]:
         """Return the levels of the limit switches of the axes, and of the probe."""
-        return self.limits, self.probe
+        return self.limits, self.probe if self.settings.probes else flags.probe_open
 
     def _inputs(self, m: Module, control: GCodeControl, realtime: RealtimeFilter,
                 planner: GCodePlanner, flags: Value) -> Signal:
@@ -1130,10 +1130,11 @@ class GCode(MachineComponent):
                 (self.motor_fault, flags.others_open[2])]
         if self.settings.second_motor is not None:
             pins.append((self.second_limit, flags.open))
-        on = Signal(len(pins))
-        for number, (pin, is_open) in enumerate(pins):
-            m.submodules[f"contact_{number}"] = each = ContactFilter(most=(1 << len(period)) - 1)
-            m.d.comb += [each.i.eq(pin ^ is_open), each.period.eq(period), on[number].eq(each.o)]
+        m.submodules.contacts = contacts = ContactFilter(
+            width=len(pins), most=(1 << len(period)) - 1)
+        on = contacts.o
+        m.d.comb += [contacts.i.eq(Cat(pin ^ is_open for pin, is_open in pins)),
+                     contacts.period.eq(period)]
         switches = Signal(AXES + 2)
         stop, motor_fault = Signal(), Signal()
         m.d.comb += [
@@ -1143,11 +1144,11 @@ class GCode(MachineComponent):
         ]
         if self.settings.second_motor is None:
             return switches
-        contacts = Signal(AXES + 3)
+        further = Signal(AXES + 3)
         m.d.comb += [
-            contacts.eq(Cat(switches, on[-1])),
+            further.eq(Cat(switches, on[-1])),
             control.hard_limit.eq((switches[:AXES].any() | on[-1]) & flags.hard)]
-        return contacts
+        return further
 
     def _reports(self, m: Module, control: GCodeControl, gate: GCodeGate, planner: GCodePlanner,
                  motion: BlockMotion, lister: GCodeLister, reporter: GCodeReporter,

@@ -71,8 +71,8 @@ class AccessoryRestart(wiring.Component):
         # that of its power of two on are cleared.
         left = Signal(signed(self.spindle_log2 + 1), init=-1)
         over, goes = Signal(), Signal()
-        m.d.comb += [over.eq(left[-1]), self.restarted.eq(over & ~self.spindle_off & ~self.coolant_off),
-                     goes.eq(self.restart & over)]
+        m.d.comb += [over.eq(left[-1]), goes.eq(self.restart & over),
+                     self.restarted.eq(over & ~self.spindle_off & ~self.coolant_off)]
         m.d.sync += left.eq(left - (self.beat & ~over))
         with m.If(goes):
             m.d.sync += [self.spindle_off.eq(0), self.coolant_off.eq(self.spindle_off)]

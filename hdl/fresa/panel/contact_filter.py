@@ -1,6 +1,6 @@
 """Inputs that count once they have been steady for a time that can be set."""
 
-from amaranth import Module, Signal
+from amaranth import Module, Mux, Signal
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
@@ -10,55 +10,55 @@ __all__ = ["ContactFilter"]
 
 
 class ContactFilter(wiring.Component):
-    """Passes a high level once it has been steady, for a time that is an input.
+    """Passes high levels once they have been steady, for a time that is an input.
 
-    As with :class:`GlitchFilter`, whose time is a constant, the output rises ``period`` clocks
-    after its input, if that was high in all of them, and falls with the next clock in which the
-    input is low. A change of ``period`` is for levels that rise after it; one that is rising
-    passes when it has been high for twice ``most`` clocks, at the latest.
+    An output rises when its input has been high for at least ``period`` clocks and at most one and
+    a half times as many, plus 6; it falls with the next clock in which the input is low. One
+    counter serves all: a level passes that was high in three of its ticks, half a period apart. A
+    change of ``period`` is for levels that rise after it; one that is rising passes when it has
+    been high for three times ``most`` clocks, at the latest.
 
     No register is reset: a contact that is held through a reset goes on to be passed.
 
     Parameters
     ----------
+    width : int
+        Inputs.
     most : int
         Longest time, in clocks.
 
     Members
     -------
-    i : In(1)
-        Input, synchronous to the clock.
+    i : In(width)
+        Inputs, synchronous to the clock.
     period : In(range(most + 1))
-        Clocks for which the input must be high; 0 is as 1.
-    o : Out(1)
-        Filtered level. 0 at power-up.
+        Clocks for which an input must be high.
+    o : Out(width)
+        Filtered levels. 0 at power-up.
 
     Raises
     ------
     ValueError
-        If ``most`` is out of range.
+        If a parameter is out of range.
     """
 
-    def __init__(self, *, most: int) -> None:
+    def __init__(self, *, width: int, most: int) -> None:
+        self.width = in_range("width of a contact filter", width, 1, 64)
         self.most = in_range("longest time of a contact filter", most, 1, 1 << 32)
-        super().__init__({"i": In(1), "period": In(range(most + 1)), "o": Out(1)})
+        super().__init__({"i": In(width), "period": In(range(most + 1)), "o": Out(width)})
 
     def elaborate(self, platform) -> Module:
         m = Module()
-        # Clocks in which it was high before, and two more: so it is known a clock ahead, by a
-        # register, that there are enough of them. The highest bit is for a period that has become
-        # less than these.
-        count = Signal(len(self.period) + 1, init=2, reset_less=True)
-        enough = Signal(reset_less=True)
-        level = Signal(reset_less=True)
-        m.d.comb += self.o.eq(level)
-        with m.If(~self.i):
-            m.d.sync += [count.eq(2), enough.eq(0), level.eq(0)]
-        with m.Else():
-            with m.If((count == self.period) | count[-1]):
-                m.d.sync += enough.eq(1)
-            with m.If(~enough):
-                m.d.sync += count.eq(count + 1)
-            with m.If(enough | (self.period <= 1)):
-                m.d.sync += level.eq(1)
+        half = self.period[1:]
+        # One more bit, for the clock of the tick.
+        count = Signal(len(half) + 1, reset_less=True)
+        tick = Signal(reset_less=True)
+        m.d.sync += [tick.eq(count == half), count.eq(Mux(tick, 0, count + 1))]
+        for number, (level, passed) in enumerate(zip(self.i, self.o, strict=True)):
+            ticks = Signal(3, name=f"ticks_{number}", reset_less=True)  # in which it was high
+            m.d.comb += passed.eq(ticks[-1])
+            with m.If(~level):
+                m.d.sync += ticks.eq(0)
+            with m.Elif(tick):
+                m.d.sync += ticks.eq(ticks << 1 | 1)
         return m

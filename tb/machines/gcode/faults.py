@@ -64,8 +64,8 @@ def target() -> FaultTarget:
               for bit, name in enumerate(AXES.lower())),
         idle=("moving", 0), fault="fault", origin={"rst": 1},
         kept=(*(f"driver_{axis}.{name}" for axis in AXES.lower() for name in OF_DRIVERS),
-              *(f"contact_{number}.{name}" for number in range(7)
-                for name in ("count", "enough", "o")),
+              "contacts.count", "contacts.tick",
+              *(f"contacts.ticks_{number}" for number in range(7)),
               *(f"setting_{each.number}" for each in SETTINGS), "period", "pulse_width",
               "interpreter.line.word",
               *(f"motion.walk.{name}" for name in OF_WALK), *OF_MEMORIES),

@@ -71,8 +71,8 @@ def target(built: VPlotterSettings = BUILT) -> FaultTarget:
         idle=("moving", 0), fault="fault", origin={"rst": 1},
         kept=(*(f"motor_{side}.driver.{name}" for side in SIDES
                 for name in ("row", "coils", "rest")),
-              *(f"contact_{number}.{name}" for number in range(7)
-                for name in ("count", "enough", "o")),
+              "contacts.count", "contacts.tick",
+              *(f"contacts.ticks_{number}" for number in range(7)),
               *(f"setting_{each.number}" for each in SETTINGS), "period",
               "interpreter.line.word",
               *(f"motion.walk.{name}" for name in OF_WALK), *OF_MEMORIES,

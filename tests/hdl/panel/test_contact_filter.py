@@ -16,28 +16,48 @@ from tb.engines import AmaranthEngine
 def test_impossible_times(most):
     message = f"longest time of a contact filter must be a whole number from 1 to {1 << 32}"
     with pytest.raises(ValueError, match=f"^{re.escape(message)}, not {re.escape(repr(most))}$"):
-        ContactFilter(most=most)
+        ContactFilter(width=1, most=most)
+
+
+@pytest.mark.parametrize("width", [0, 65])
+def test_impossible_widths(width):
+    with pytest.raises(ValueError, match="^width of a contact filter must be a whole number"):
+        ContactFilter(width=width, most=15)
 
 
 @pytest.mark.parametrize("period", [0, 1, 2, 7, 15])
 def test_every_clock(period):
+    """Up to a period a level does not pass; from one and a half on, and 6 clocks, it does."""
     rng = random.Random(period)
-    levels: list[int] = []
-    while len(levels) < 1000:
-        levels += [rng.getrandbits(1)] * rng.choice([1, 2, period, period + 1, 2 * period + 1])
-    rst = [int(rng.random() < 0.05) for _ in levels]
-    with AmaranthEngine(component("filter", ContactFilter(most=15))) as engine:
-        seen = engine.apply({"i": levels, "rst": rst, "period": [period] * len(levels)}, ["o"])
-    steady = max(1, period)
-    assert [int(level) for level in seen["o"]] == [
-        int(clock >= steady and all(levels[clock - steady:clock])) for clock in range(len(levels))]
+    inputs: list[list[int]] = [[], []]
+    for levels in inputs:
+        while len(levels) < 3000:
+            levels += [rng.getrandbits(1)] * rng.choice(
+                [1, 2, period, period + 1, 2 * period + 1, 2 * period + 7])
+    clocks = min(map(len, inputs))
+    rst = [int(rng.random() < 0.05) for _ in range(clocks)]
+    both = [inputs[0][clock] | inputs[1][clock] << 1 for clock in range(clocks)]
+    with AmaranthEngine(component("filter", ContactFilter(width=2, most=15))) as engine:
+        seen = engine.apply({"i": both, "rst": rst, "period": [period] * clocks}, ["o"])
+    interval, ticks = (period >> 1) + 2, range((period >> 1) + 1, clocks, (period >> 1) + 2)
+    passed = 0
+    for number, levels in enumerate(inputs):
+        run, rose = 0, []
+        for clock in range(clocks):
+            on = int(seen["o"][clock]) >> number & 1
+            assert run >= period + 4 if on else run < 3 * interval
+            assert on == (sum(tick in ticks for tick in range(clock - run, clock)) >= 3)
+            rose += [run] if on else []
+            run = run + 1 if levels[clock] else 0
+        passed += len(rose)
+    assert passed > 20
 
 
 def test_a_period_that_becomes_shorter_meanwhile():
-    clocks = 40
-    with AmaranthEngine(component("filter", ContactFilter(most=15))) as engine:
+    clocks = 60
+    with AmaranthEngine(component("filter", ContactFilter(width=1, most=15))) as engine:
         seen = engine.apply({"i": [1] * clocks, "rst": [0] * clocks,
-                             "period": [15] * 10 + [5] * (clocks - 10)}, ["o"])
+                             "period": [15] * 8 + [2] * (clocks - 8)}, ["o"])
     levels = [int(level) for level in seen["o"]]
-    assert levels[30:] == [1] * 10
+    assert levels[45:] == [1] * 15
     assert levels == sorted(levels)
