@@ -460,7 +460,8 @@ DIAGRAMS = (
     Diagram(
         "g-code-lister",
         "The modes of a list come one after the other; the number of the tool is divided.",
-        "inputs: start list outputs: parts_valid parts_payload.text parts_payload.value done "
+        "inputs: start list divided outputs: divide parts_valid parts_payload.text "
+        "parts_payload.value done "
         "state: dut.lister_state_state", 0, 40, radix=("parts_payload.value=dec",)),
     Diagram(
         "g-code-coordinates",
@@ -471,7 +472,7 @@ DIAGRAMS = (
         "unit-converter",
         "A feed in inches a minute, then a length: a quotient takes a clock a bit.",
         "inputs: run outputs: address write done too_long state: dut.converter_state_state",
-        0, 190, radix=("address=dec",)),
+        0, 215, radix=("address=dec",)),
     Diagram(
         "g-code-setting-store",
         "$100 is read; while `trial` is 1 it reads as what may become of it; then it is written.",

@@ -8,6 +8,7 @@ from fresa.protocol import (
     GCodeList,
     GCodeLister,
     GCodeText,
+    GCodeUnit,
     LineEnd,
     Operand,
     StoredLines,
@@ -19,6 +20,7 @@ from fresa.protocol.gcode_modes import LETTERS
 
 from ..bench import Run, bench, put
 from ..models.gcode_line import read_lines
+from ..models.gcode_list import quotient
 
 
 def letters(text: str) -> int:
@@ -64,24 +66,26 @@ def g_code_lister(run: Run) -> str:
     words = {Operand.FEED: 8_333_333, Operand.SPEED: 1_500_000, Operand.TOOL: 3_000_000,
              Operand.PROBED + 2: -1_000_500}
 
-    async def memory(ctx):
+    async def divider(ctx):
         while True:
-            address = ctx.get(dut.address)
+            divide, division = ctx.get(dut.divide), ctx.get(dut.division)
+            word = words.get(ctx.get(dut.address), 0)
             await ctx.tick()
-            ctx.set(dut.word, words.get(address, 0))
+            ctx.set(dut.divided, divide)
+            ctx.set(dut.quotient, divide and quotient(
+                word, division.unit.name, inches=division.inches, nearest=division.nearest))
 
     async def parts(ctx, which):
         ctx.set(dut.list, which)
         ctx.set(dut.start, 1)
         await ctx.tick()
         ctx.set(dut.start, 0)
-        listed = []
-        while not ctx.get(dut.done):
-            if ctx.get(dut.parts.valid):
-                part = ctx.get(dut.parts.payload)
+        listed, done = [], False
+        while not done:
+            *_, valid, part, done = await ctx.tick().sample(
+                dut.parts.valid, dut.parts.payload, dut.done)
+            if valid:
                 listed.append((part.text.name, part.value))
-            await ctx.tick()
-        await ctx.tick()
         return listed
 
     async def test(ctx):
@@ -98,7 +102,7 @@ def g_code_lister(run: Run) -> str:
                    [("PROBED", 0), ("AXIS", 0), ("LAST_PROBED", -1001)])
         run.see(ctx, dut, fault=0)
 
-    run.simulate(dut, test, memory)
+    run.simulate(dut, test, divider)
     return ("the modes are G0 G54 G17 G21 G90 G94 M5 M8, tool 3, 500 mm/min, 2 rev/min, and 0 "
             "mm/min where that does not hold; "
             "the probe touched at Z -1.001")
@@ -141,7 +145,7 @@ def g_code_coordinates(run: Run) -> str:
 
 @bench
 def unit_converter(run: Run) -> str:
-    """A length in inches and a feed, and one that is too long."""
+    """A length in inches and a feed, one that is too long, and a word of a list."""
     dut = UnitConverter()
     values = {letter: 0 for letter in LETTERS}
     written = {}
@@ -177,10 +181,17 @@ def unit_converter(run: Run) -> str:
         run.expect("inch in nm", written["X"], 25_400_000)
         run.expect("inches a minute in nm/s", written["F"], 25_400_000)
         run.expect("too long", await convert(ctx, X=1 << 40), 1)
+        values["F"] = -1500
+        ctx.set(dut.division, {"unit": GCodeUnit.LENGTH, "nearest": 1})
+        ctx.set(dut.divide, 1)
+        await run.until(ctx, dut, divided=1, within=70)
+        run.expect("um", ctx.get(dut.data), -2)
+        ctx.set(dut.divide, 0)
         run.see(ctx, dut, fault=0)
 
     run.simulate(dut, test, memory)
-    return "an inch is 25.4 mm, 60 inches a minute are 25.4 mm/s; 2**40 is too long"
+    return ("an inch is 25.4 mm, 60 inches a minute are 25.4 mm/s; 2**40 is too long; "
+            "-1500 nm are -2 um")
 
 
 @bench

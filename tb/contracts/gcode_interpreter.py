@@ -144,6 +144,13 @@ def describe(c: Contract, dut: GCodeInterpreter) -> None:
     c.implication("position-before-item", "No item is taken in the clock of a position.",
                   when=position.valid & position.ready, then=~words.ready)
     store = c.part("coordinates")
+    c.assume(~dut.divide | position.ready)
+    c.assume(~c.past(dut.divide & ~dut.divided & ~c.rst) | dut.divide)
+    c.assume(~c.past(dut.divide & ~c.rst) | ~dut.divide
+             | (Value.cast(dut.division) == c.past(Value.cast(dut.division))))
+    c.implication("lists", "A word that is divided for a list is read where it is, but in a clock "
+                  "in which one is stored.", when=dut.divide & ~c.signal("stores"),
+                  then=~store.run & (store.address == dut.shown_address))
     axis = position.p.axis
     none = axis[:2] == 3
     c.implication("position-is-stored", "A clock later it is stored as that of its axis, or as "
@@ -175,7 +182,7 @@ def describe(c: Contract, dut: GCodeInterpreter) -> None:
                 & (~soon | (store.done & converter.done & ~converter.too_long & dut.words.valid
                             & (dut.words.p.kind.as_value() == Mux(
                                 begun, GCodeKind.END.value, GCodeKind.WORD.value))
-                            & ~dut.position.valid
+                            & ~dut.position.valid & ~dut.divide
                             & (dut.words.p.status.as_value() == 0) & (dut.verdict == 0)
                             & dut.actions.ready & (line.error == 0))))
     else:
@@ -229,6 +236,8 @@ def _parts(c: Contract) -> None:
     c.implication("conversion-undisturbed", "A conversion runs until it is over, of the same line.",
                   when=c.past(converts & ~c.rst), then=converter.run & (text == c.past(text)),
                   lemma=True)
+    c.invariant("divides-alone", "Nothing is divided for a list while a line is converted.",
+                ~(converter.run & converter.divide), cover=converter.divide, lemma=True)
     state = c.state("interpreter_state")
     c.invariant("converting", "A conversion runs while the interpreter waits for it, unless the "
                 "line is too long.", Mux(

@@ -2,7 +2,7 @@
 
 from amaranth import Array, Cat, Const, Mux, Value
 
-from fresa.protocol import GCodeList, GCodeLister, GCodeText, Operand
+from fresa.protocol import GCodeList, GCodeLister, GCodeText, GCodeUnit, Operand
 
 from .contract import Bits, Case, Component, Contract
 
@@ -28,6 +28,11 @@ def describe(c: Contract, dut: GCodeLister) -> None:
     c.assume(~(kept & c.past(dut.start)) | ((which == c.past(which)) & (text == c.past(text))))
     c.assume((which <= 5) & ((motion <= 4) | (motion >= 8) & (motion <= 11)) & (modes.plane <= 2)
              & (modes.system <= 5) & ~(modes.clockwise & modes.counter_clockwise))
+    asked = c.past(dut.divide)
+    c.assume(~dut.divided | asked)
+    c.assume(~(kept & asked & c.past(dut.divided) & dut.divide)
+             | (dut.divided & (dut.quotient == c.past(dut.quotient))))
+    c.assume(dut.divide | asked | c.past(asked) | (dut.quotient == 0))
     taken = parts.valid & parts.ready
     with c.m.If(dut.start):
         c.m.d.sync += [listing.eq(1), count.eq(0)]
@@ -92,22 +97,27 @@ def describe(c: Contract, dut: GCodeLister) -> None:
         c.implication(f"{which_list.name.lower()}", "A text is a list of one part.",
                       when=parts.valid & (dut.list == which_list),
                       then=offers(Const(name.value), Const(1)))
-    reads = state("READ")
     divided = of_places | of_probe | of_modes & (place >= 9) & ~without
-    c.implication("address", "A word is read from where it is.",
-                  when=reads & divided,
-                  then=dut.address == Mux(
+    c.implication("address", "A word is divided where it is.",
+                  when=dut.divide,
+                  then=divided & (dut.address == Mux(
                       of_modes, Array([Operand.TOOL, Operand.FEED, Operand.SPEED])[place - 9],
                       Mux(of_probed, Operand.PROBED + probe_axis,
-                          Mux(count == 27, Operand.LENGTH, Array(PLACES)[group] + axis))))
-    unit = Mux(dut.inches, 2540, 1000)  # nm
-    # A feed is three times as large when it is divided; in nm/s it is 60 times as much a minute.
-    c.implication("divisor", "What a word is divided by depends on the unit of reports, and of a "
-                  "feed on G93.", when=state("DIVIDE"), then=c.signal("per") == Mux(
-                      ~of_modes, unit, Mux(place != 10, 10**6, Mux(
-                          modes.inverse, Mux(dut.inches, 10**5, 10**6), unit * 50))))
-    c.implication("word-is-divided", "It is taken, and divided, before it is offered.",
-                  when=kept & c.past(reads & divided), then=state("TAKE"))
+                          Mux(count == 27, Operand.LENGTH, Array(PLACES)[group] + axis)))))
+    division = dut.division
+    c.implication("division", "What a word is divided by depends on the unit of reports, and of a "
+                  "feed on G93; but for the tool the quotient is the nearest.", when=dut.divide,
+                  then=(division.unit.as_value() == Mux(
+                      ~of_modes, GCodeUnit.LENGTH.value, Mux(
+                          place != 10, GCodeUnit.ONE.value, Mux(
+                              modes.inverse, GCodeUnit.INVERSE.value, GCodeUnit.FEED.value))))
+                  & (division.inches == dut.inches)
+                  & (division.nearest == ~(of_modes & (place == 9))))
+    c.implication("quotient", "A word is offered when it is divided, as the quotient.",
+                  when=parts.valid & divided,
+                  then=dut.divide & dut.divided & (part.value == dut.quotient))
+    c.implication("goes-on", "It is divided until then.",
+                  when=kept & c.past(dut.divide & ~dut.divided), then=dut.divide)
 
     turn, own_axis = c.signal("turn"), c.signal("axis")
     c.invariant("turns", "Turns are those of the parts that were taken.",
@@ -121,9 +131,6 @@ def describe(c: Contract, dut: GCodeLister) -> None:
                 (listing == ~state("IDLE")) | state("FAULT"), cover=listing, lemma=True)
     c.invariant("through", "It is through when all are taken.",
                 ~state("DONE") | (count == total), cover=state("DONE"), lemma=True)
-    c.invariant("divided", "Nothing else is divided.",
-                ~state("TAKE", "SIGN", "SCALE", "DIVIDE", "ROUND") | divided, cover=state("ROUND"),
-                lemma=True)
     c.invariant("chosen", "What was chosen for a part stays until that is taken.",
                 state("IDLE", "CHOOSE", "DONE", "FAULT")
                 | (Value.cast(c.signal("chosen")) == Value.cast(c.signal("choice"))),
@@ -137,5 +144,4 @@ def describe(c: Contract, dut: GCodeLister) -> None:
 
 
 GCODE_LISTER = Component(make=GCodeLister, describe=describe, depth=18,
-                         cases=(Case({"width": 4}), Case(real=True),
-                                Case({"width": 4}, upset=True)))
+                         cases=(Case(), Case(upset=True)))

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from fractions import Fraction
 
-__all__ = ["listed"]
+__all__ = ["listed", "quotient"]
 
 HELP = b"[HLP:$$ $# $G $I $N $x=val $J=line $SLP $C $X $H $RST= ~ ! ? ctrl-x]\r\n"
 
@@ -47,6 +47,31 @@ def listed(which: str, *, modes: Mapping[str, int], words: Mapping[int, int],
     lines = [f"[G{number}:{_place(words, at, inches)}]" for number, at in places.items()]
     lines.append(f"[TLO:{_length(words[37], inches)}]")
     return "".join(f"{line}\r\n" for line in lines).encode() + _probed(words, probed, inches)
+
+
+def quotient(word: int, unit: str, *, inches: bool = False, nearest: bool = True) -> int:
+    """Return a stored word in the units that a list has: a part of the last decimal that it shows.
+
+    Parameters
+    ----------
+    word : int
+        The word.
+    unit : str
+        Name of a `GCodeUnit`.
+    inches : bool
+        As for :func:`listed`.
+    nearest : bool
+        Round half away from zero, else towards 0.
+    """
+    value = Fraction(word, 10**6)
+    match unit:
+        case "LENGTH":
+            value = value * 10_000 / Fraction("25.4") if inches else value * 1000
+        case "FEED":
+            value = value * 600 / Fraction("25.4") if inches else value * 60
+        case "INVERSE":
+            value = value * 10 if inches else value
+    return _rounded(value) if nearest else int(value)
 
 
 def _probed(words: Mapping[int, int], probed: bool, inches: bool) -> bytes:

@@ -35,7 +35,7 @@ from .stored_program import StoredProgram
 from .text import TextSource
 from .thesis import ThesisDialect
 from .transmitter import UARTTransmitter
-from .unit_converter import UnitConverter
+from .unit_converter import GCodeDivision, GCodeUnit, UnitConverter
 from .wall_dialect import MAX_MM, HomingStage, WallDialect, wall_texts
 from .words import WordReader
 
@@ -43,12 +43,13 @@ __all__ = [
     "BAUD", "CHECK_DIGITS", "LISTED", "MAX_MM", "MAX_SILENCE", "MAX_WIDTH", "NEVER_IDLE",
     "SETTINGS", "SETTING_BITS", "STARTUP_LINES", "STORED_LENGTH", "CoordinateSum", "DecimalReader",
     "DecimalWriter", "FixedPoint", "FrameInterpreter", "GCodeAction", "GCodeActionKind",
-    "GCodeCoordinates", "GCodeFlags", "GCodeGate", "GCodeInterpreter", "GCodeKind", "GCodeLine",
-    "GCodeLineState", "GCodeList", "GCodeLister", "GCodeMessage", "GCodeModes", "GCodeMotion",
-    "GCodeReader", "GCodeReporter", "GCodeSettingStore", "GCodeState", "GCodeStatus", "GCodeText",
-    "HexReader", "HexWriter", "HomingStage", "LineBuffer", "LineEnd", "LineItem", "LineReader",
-    "NumberError", "Operand", "RealtimeCode", "RealtimeFilter", "Received", "ReportNumber",
-    "Reporter", "StoredLines", "StoredProgram", "TextSource", "ThesisDialect", "UARTReceiver",
-    "UARTTransmitter", "UnitConverter", "WallDialect", "WordReader", "bit_period",
-    "fixed_point_layout", "gcode_layout", "setting_index", "setting_values", "wall_texts",
+    "GCodeCoordinates", "GCodeDivision", "GCodeFlags", "GCodeGate", "GCodeInterpreter", "GCodeKind",
+    "GCodeLine", "GCodeLineState", "GCodeList", "GCodeLister", "GCodeMessage", "GCodeModes",
+    "GCodeMotion", "GCodeReader", "GCodeReporter", "GCodeSettingStore", "GCodeState", "GCodeStatus",
+    "GCodeText", "GCodeUnit", "HexReader", "HexWriter", "HomingStage", "LineBuffer", "LineEnd",
+    "LineItem", "LineReader", "NumberError", "Operand", "RealtimeCode", "RealtimeFilter",
+    "Received", "ReportNumber", "Reporter", "StoredLines", "StoredProgram", "TextSource",
+    "ThesisDialect", "UARTReceiver", "UARTTransmitter", "UnitConverter", "WallDialect",
+    "WordReader", "bit_period", "fixed_point_layout", "gcode_layout", "setting_index",
+    "setting_values", "wall_texts",
 ]

@@ -21,7 +21,7 @@ from .gcode_modes import (
     ProgramFlow,
 )
 from .gcode_reader import GCodeKind, GCodeStatus, gcode_layout
-from .unit_converter import UnitConverter
+from .unit_converter import GCodeDivision, UnitConverter
 
 __all__ = ["GCodeAction", "GCodeActionKind", "GCodeInterpreter"]
 
@@ -88,7 +88,7 @@ class GCodeInterpreter(wiring.Component):
     1 nm/s, if it is not 0, and at most 2 ** 31 - 1.
 
     Coordinates are summed word by word from one memory, and a serial divider converts units: a line
-    takes 80 to 230 clocks, and in inches 59 more for each length. An item is taken two clocks after
+    takes 80 to 230 clocks, and in inches 65 more for each length. An item is taken two clocks after
     it is offered, at the earliest.
 
     A reset leaves the origins of the coordinate systems and the positions of G28 and G30, which
@@ -131,9 +131,17 @@ class GCodeInterpreter(wiring.Component):
         The feed is 0: no line has set it, or the last one left it undefined, as it was in G93, or
         ended that, and had none.
     shown_address : In(6)
-        An `Operand`, to be listed between two lines, or while PROBED is offered.
+        An `Operand`.
+    divide : In(1)
+        Divide that word, for a list, between two lines or while PROBED is offered; stays 1, with
+        the same ``shown_address``, until the quotient was used.
+    division : In(GCodeDivision)
+        By what; constant while ``divide`` is 1. Only a word that is not negative may be rounded
+        towards 0.
+    divided : Out(1)
+        It is divided, until ``divide`` is 0.
     shown : Out(signed(width))
-        That word, a clock later.
+        The quotient then, and 0 from two clocks after it on, between two lines.
     erase, erase_address : In(1), In(6)
         Make the word at an address 0. Between two lines.
     fault : Out(1)
@@ -157,6 +165,7 @@ class GCodeInterpreter(wiring.Component):
             "verdict": In(6), "operand_address": In(6), "operand": Out(signed(self.width)),
             "answers": Out(stream.Signature(unsigned(8))),
             "modes": Out(GCodeModes), "feed_zero": Out(1, init=1), "shown_address": In(6),
+            "divide": In(1), "division": In(GCodeDivision), "divided": Out(1),
             "shown": Out(signed(self.width)), "erase": In(1), "erase_address": In(6),
             "fault": Out(1),
         })
@@ -197,7 +206,8 @@ class GCodeInterpreter(wiring.Component):
                 begun & ~awaits, converter.address, self.shown_address))),
             store.data.eq(Mux(stores, value, converter.data)),
             store.operand_address.eq(self.operand_address), self.operand.eq(store.operand),
-            self.shown.eq(store.word),
+            self.shown.eq(converter.data), converter.divide.eq(self.divide),
+            converter.division.eq(self.division), self.divided.eq(converter.divided),
         ]
 
         def refuse(code) -> None:

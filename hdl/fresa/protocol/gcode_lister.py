@@ -4,12 +4,12 @@ from amaranth import Cat, Module, Mux, Signal, signed, unsigned
 from amaranth.lib import data, enum, stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from ..checks import in_range
-from ..choice import ALL_ONES, add_choice, choice_code, choose, look_up
+from ..choice import look_up
 from ..fsm import leave_unused_codes
 from .gcode_coordinates import Operand
 from .gcode_modes import GCodeModes, GCodeMotion
 from .gcode_settings import SETTING_BITS
+from .unit_converter import GCodeDivision, GCodeUnit
 
 __all__ = ["LISTED", "GCodeList", "GCodeLister", "GCodeText"]
 
@@ -71,27 +71,6 @@ MIST = 7
 FEED = MIST + 3
 """Turn of the feed, likewise."""
 
-PER_ONE = 1_000_000
-"""Units of a number in 1."""
-
-
-DOUBLE, TRIPLE = choice_code(0), choice_code(1)
-
-
-class GCodeUnit(enum.Enum, shape=unsigned(2)):
-    """What a word is divided by, which `DIVISORS` has."""
-
-    LENGTH = 0
-    ONE = 1
-    FEED = 2
-    INVERSE = 3  # the feed in G93
-
-
-DIVISORS = {GCodeUnit.LENGTH: (1000, 2540), GCodeUnit.ONE: (PER_ONE, PER_ONE),
-            GCodeUnit.FEED: (50_000, 127_000), GCodeUnit.INVERSE: (PER_ONE, PER_ONE // 10)}
-"""Units of a word in one that is listed, without and with inches: in 1 um and 1/10000 inch; of a
-number in 1; a third of the 10**-6 nm a minute in 1 mm and 1/10 inch; of a number in 1 and 1/10."""
-
 
 CHOICE = data.StructLayout({
     "text": GCodeText, "ends": 1, "code": 8, "last": 1, "mode": 7, "divides": 1, "address": 6,
@@ -118,14 +97,9 @@ class GCodeLister(wiring.Component):
 
     With ``inches`` lengths are in 1/10000 inch, and the feed in 1/10 inch/min, or tenths of 1/min.
 
-    A number is read by its address and divided serially, rounded half away from zero, but that of
-    the tool towards 0. A part is offered three clocks after ``start``, or after the one before was
-    taken, and one with such a number ``width`` + 7 clocks later.
-
-    Parameters
-    ----------
-    width : int
-        Bits of words, with their sign.
+    A number is that of a word, by its address, divided elsewhere and rounded half away from zero,
+    but that of the tool towards 0. A part is offered three clocks after ``start``, or after the one
+    before was taken, and one with such a number when it is ``divided``.
 
     Members
     -------
@@ -142,26 +116,28 @@ class GCodeLister(wiring.Component):
         List in inches.
     probed : In(1)
         The probe has touched in the last probing.
-    address, word : Out(6), In(signed(width))
-        An `Operand`, and that word a clock later.
+    address : Out(6)
+        An `Operand`.
+    divide : Out(1)
+        Divide that word; stays 1 until its part is taken.
+    division : Out(GCodeDivision)
+        By what; with ``divide``.
+    divided, quotient : In(1), In(signed(LISTED_BITS))
+        It is; that stays then until ``divide`` is 0, and two clocks later ``quotient`` is 0.
     parts : Out(stream.Signature(LISTED))
         The parts.
     done : Out(1)
         All were taken, for one clock.
     fault : Out(1)
         The state register was upset. Stays until reset.
-
-    Raises
-    ------
-    ValueError
-        If ``width`` is out of range.
     """
 
-    def __init__(self, *, width: int = 44) -> None:
-        self.width = in_range("width", width, 4, 64)
+    def __init__(self) -> None:
         super().__init__({
             "start": In(1), "list": In(GCodeList), "modes": In(GCodeModes), "feed_zero": In(1),
-            "inches": In(1), "probed": In(1), "address": Out(6), "word": In(signed(self.width)),
+            "inches": In(1), "probed": In(1), "address": Out(6), "divide": Out(1),
+            "division": Out(GCodeDivision), "divided": In(1),
+            "quotient": In(signed(LISTED_BITS)),
             "parts": Out(stream.Signature(LISTED)), "done": Out(1), "fault": Out(1),
         })
 
@@ -172,10 +148,9 @@ class GCodeLister(wiring.Component):
         axis = Signal(2)
         choice = Signal(CHOICE)  # of the next part; `chosen` is that of the present one
         chosen = Signal(CHOICE)
-        number = Signal(self.width + 2)  # a word, which is divided; 0 with a mode
         m.d.comb += [part.text.eq(chosen.text), part.ends.eq(chosen.ends),
                      part.code.eq(chosen.code), self.address.eq(chosen.address),
-                     part.value.eq((number.as_signed() >> 1) | chosen.mode)]
+                     part.value.eq(self.quotient | chosen.mode)]
         with m.Switch(self.list):
             for each, only in ((GCodeList.HELP, GCodeText.HELP), (GCodeList.BUILD, GCodeText.BUILD),
                                (GCodeList.STARTUP, GCodeText.STARTUP)):
@@ -186,38 +161,11 @@ class GCodeLister(wiring.Component):
             with m.Case(GCodeList.COORDINATES, GCodeList.PROBED):
                 self._coordinates(m, turn, axis, choice)
 
-        # The digits of the quotient come from below as those of the word leave above: one more
-        # than it has, as the first behind the point, 1 from a half on, rounds it. One adder does
-        # all, by what it is to add: it doubles and triples, adds 1 to round, and negates, as -n is
-        # ~(n - 1). That is chosen a clock before; it adds 0 if nothing is.
-        negative = Signal()
-        added = Signal(2)
-        invert, rounds = Signal(), Signal()
-        nearest = Signal()  # it rounds to that, and not towards 0
-        total = Signal.like(number)
-        addend = Signal.like(number)
-        remainder = Signal(range(PER_ONE))
-        count = Signal(range(self.width + 3))
-        per = Signal(range(PER_ONE + 1))
-        left, fits = Signal(range(2 * PER_ONE)), Signal()
-        below = Signal(signed(len(left) + 1))  # what is left without `per`
-        divisors = [each[inches] for inches in range(2) for each in DIVISORS.values()]
-        m.d.comb += [
-            per.eq(look_up(divisors, Cat(chosen.unit.as_value(), self.inches), len(per))),
-            left.eq(Cat(number[-1], remainder)), below.eq(left - per), fits.eq(below[-1] == 0),
-            addend.eq(choose([number, number << 1], added, len(number))),
-            total.eq(add_choice(number, addend)),
-        ]
-        with m.If(rounds):
-            m.d.comb += addend[0].eq(nearest)
-        takes, divides, reads = Signal(), Signal(), Signal()
-        m.d.sync += [nearest.eq(chosen.text != GCodeText.TOOL),
-                     added.eq(0), invert.eq(0), rounds.eq(0), remainder.eq(0),
-                     number.eq(Mux(takes, self.word, total ^ invert.replicate(len(number))))]
-        with m.If(divides):
-            m.d.sync += [number[0].eq(fits), remainder.eq(Mux(fits, below, left))]
-        with m.If(reads):
-            m.d.sync += number.eq(0)
+        # It is divided from the clock in which the address is there until the part is taken.
+        asks = Signal()
+        m.d.comb += [self.divide.eq(asks & chosen.divides), self.division.unit.eq(chosen.unit),
+                     self.division.inches.eq(self.inches),
+                     self.division.nearest.eq(chosen.text != GCodeText.TOOL)]
 
         with m.FSM(name="lister_state") as fsm:
             with m.State("IDLE"):
@@ -230,36 +178,11 @@ class GCodeLister(wiring.Component):
                 m.d.sync += chosen.eq(choice)
                 m.next = "READ"
             with m.State("READ"):
-                m.d.comb += reads.eq(1)
-                m.next = "OFFER"
-                with m.If(chosen.divides):
-                    m.next = "TAKE"
-            with m.State("TAKE"):  # as it is, for the way from the memory is long
-                m.d.comb += takes.eq(1)
-                m.d.sync += [negative.eq(self.word[-1]), count.eq(self.width + 2)]
-                with m.If(self.word[-1]):
-                    m.d.sync += [invert.eq(1), added.eq(ALL_ONES)]
-                m.next = "SIGN"
-            with m.State("SIGN"):
-                with m.If(chosen.unit == GCodeUnit.FEED):
-                    m.d.sync += added.eq(TRIPLE)
-                m.next = "SCALE"
-            with m.State("SCALE"):
-                m.d.sync += added.eq(DOUBLE)
-                m.next = "DIVIDE"
-            with m.State("DIVIDE"):
-                m.d.comb += divides.eq(1)
-                m.d.sync += [count.eq(count - 1), added.eq(DOUBLE)]
-                with m.If(count == 0):
-                    m.d.sync += [added.eq(0), rounds.eq(1)]
-                    with m.If(negative):
-                        m.d.sync += [invert.eq(1), added.eq(ALL_ONES)]
-                    m.next = "ROUND"
-            with m.State("ROUND"):
+                m.d.comb += asks.eq(1)
                 m.next = "OFFER"
             with m.State("OFFER"):
-                m.d.comb += self.parts.valid.eq(1)
-                with m.If(self.parts.ready):
+                m.d.comb += [asks.eq(1), self.parts.valid.eq(self.divided | ~chosen.divides)]
+                with m.If(self.parts.valid & self.parts.ready):
                     m.next = "CHOOSE"
                     m.d.sync += turn.eq(turn + 1)
                     with m.If((self.list == GCodeList.COORDINATES)

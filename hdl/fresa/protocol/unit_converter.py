@@ -1,26 +1,59 @@
 """Values of a line of G-code to nm and nm/s."""
 
-from amaranth import Cat, Module, Mux, Signal, signed
-from amaranth.lib import wiring
+from amaranth import Cat, Module, Mux, Signal, signed, unsigned
+from amaranth.lib import data, enum, wiring
 from amaranth.lib.wiring import In, Out
 
 from ..checks import in_range
-from ..choice import ALL_ONES, choice_code, choose
+from ..choice import add_choice, look_up
 from ..fsm import leave_unused_codes
 from .gcode_modes import LETTERS, GCodeLineState
 
-__all__ = ["UnitConverter"]
+__all__ = ["GCodeDivision", "GCodeUnit", "UnitConverter"]
 
-DOUBLE, MULTIPLE = choice_code(0), choice_code(1)
+PER_ONE = 1_000_000
+"""Units of a number in 1."""
+
+
+class GCodeUnit(enum.Enum, shape=unsigned(2)):
+    """What a word is divided by for a list, which `DIVISORS` has."""
+
+    LENGTH = 0
+    ONE = 1
+    FEED = 2
+    INVERSE = 3  # the feed in G93
+
+
+DIVISORS = {GCodeUnit.LENGTH: (1000, 2540), GCodeUnit.ONE: (PER_ONE, PER_ONE),
+            GCodeUnit.FEED: (50_000, 127_000), GCodeUnit.INVERSE: (PER_ONE, PER_ONE // 10)}
+"""Units of a word in one that is listed, without and with inches: in 1 um and 1/10000 inch; of a
+number in 1; a third of the 10**-6 nm a minute in 1 mm and 1/10 inch; of a number in 1 and 1/10."""
+
+NOTHING, WORD, MINUS_WORD, ALL_ONES = range(4)
+"""What is added to the number when it is doubled: the last makes all its bits 1."""
+
+ONCE, THRICE, MULTIPLE = 1, 2, 7
+"""How often a word is added to the double of what is there: it counts once, 3, and 127 times."""
+
+
+class GCodeDivision(data.Struct):
+    """A division for a list."""
+
+    unit: GCodeUnit
+    inches: unsigned(1)
+    nearest: unsigned(1)  # round to that, half away from zero; else towards 0
 
 
 class UnitConverter(wiring.Component):
     """Converts the values of a line in their memory, one after the other, to nm and nm/s.
 
     Lengths in inches are multiplied by 127 and divided by 5, rounded half away from zero. A feed is
-    divided by 60, towards zero, but is at least 1 if it was not 0, and at most
-    ``2**speed - 1``. A centre that is not given becomes 0. One divider serves all, a bit of the
-    quotient a clock: a conversion takes ``width + 15`` clocks, a letter without one takes one.
+    divided by 60, towards zero, but is at least 1 if it was not 0, and at most ``2**speed - 1``; it
+    is not negative. A centre that is not given becomes 0. One divider serves all, a bit of the
+    quotient a clock: a conversion takes ``width + 21`` clocks, but to nm/s ``width + 15``, a letter
+    without one takes one.
+
+    Between two lines it divides words for lists, which takes up to ``width + 14`` clocks.
 
     Parameters
     ----------
@@ -50,7 +83,14 @@ class UnitConverter(wiring.Component):
     done : Out(1)
         All are converted.
     too_long : Out(1)
-        A length has more than ``reach`` bits.
+        A length has more than ``reach`` bits. What is stored then is of no use.
+    divide : In(1)
+        Divide ``word``, as it is two clocks later and stays, while ``run`` is 0; stays 1 until the
+        quotient was used.
+    division : In(GCodeDivision)
+        By what; constant while ``divide`` is 1. A word that is rounded towards 0 is not negative.
+    divided : Out(1)
+        ``data`` is the quotient, until ``divide`` is 0; two clocks later it is 0.
     fault : Out(1)
         The state register was upset. Stays until reset.
 
@@ -67,7 +107,8 @@ class UnitConverter(wiring.Component):
         super().__init__({
             "run": In(1), "line": In(GCodeLineState), "was_inverse": In(1), "address": Out(4),
             "word": In(signed(width)), "write": Out(1), "data": Out(signed(width)),
-            "done": Out(1), "too_long": Out(1), "fault": Out(1),
+            "done": Out(1), "too_long": Out(1), "divide": In(1), "division": In(GCodeDivision),
+            "divided": Out(1), "fault": Out(1),
         })
 
     def elaborate(self, platform) -> Module:
@@ -76,16 +117,7 @@ class UnitConverter(wiring.Component):
         bits = self.width + 7
         letter = Signal(range(len(LETTERS) + 1))
         minutes = Signal()  # F is in nm per minute
-        # What is too large becomes all ones, as far as a feed reaches, and so does a reset.
-        number = Signal(bits, init=(1 << self.speed) - 1)
-        rest = Signal(6)
-        negative = Signal()
-        some = Signal()  # a digit of the quotient is 1
-        # One is beyond the bits of a value, of a length, or of a feed.
-        too_large, long, too_fast = (Signal(name=name) for name in ("too_large", "long",
-                                                                    "too_fast"))
-        beyond = Signal()  # a length has too many bits
-        count = Signal(range(bits))
+        lists = Signal()  # a word is divided for a list
         is_feed = letter == LETTERS.index("F")
         is_length = Signal()
         is_offset = Signal()
@@ -97,95 +129,119 @@ class UnitConverter(wiring.Component):
         given = self.line.letters.bit_select(letter, 1)
         wanted = given & Mux(is_feed, ~modes.inverse, is_length & modes.inches)
 
-        remainder = Signal(7)
-        divisor = Mux(minutes, 60, 5)
-        m.d.comb += remainder.eq(Cat(number[-1], rest))
-        fits = remainder >= divisor
-        # One adder does all, by what it is to add: it doubles, and it negates, as -n is ~(n - 1),
-        # and multiplies by 127, as ~(n - 128 n). That is chosen a clock before; it adds 0 if
-        # nothing is. The 2 rounds: no half is ever left.
-        added = Signal(2)
-        total, multiple = Signal(bits), Signal(bits)
-        loads, divides, limits = Signal(), Signal(), Signal()
+        # The number is doubled each clock, and one adder does all by what is added then: first the
+        # word without its sign, so often that it counts as often as it should; then nothing, while
+        # the bits of that leave above, and those of the quotient come from below, inverted if the
+        # word is negative. They are one more than the quotient has: with 1 added to them all but
+        # the last are rounded half away from zero, as -n is ~n + 1. What is added is chosen a clock
+        # before.
+        number = Signal(bits)
+        negative = Signal()
+        added = Signal(2, init=ALL_ONES)
+        carry = Signal(init=1)
+        below = Signal()  # the bit that comes from there
+        keeps, limits = Signal(), Signal()
+        word, doubled, addend = Signal(bits), Signal(bits), Signal(bits)
         m.d.comb += [
-            self.address.eq(letter), self.data.eq(number),
-            multiple.eq(~((number << 7) | 2)),
-            total.eq(number + choose([number, multiple], added, bits)),
+            self.address.eq(letter), self.data.eq(number[1:]), word.eq(self.word),
+            doubled.eq(Cat(below, number)),
+            addend.eq(Mux(added[1], Mux(added[0], ~doubled, ~word), Mux(added[0], word, 0))),
         ]
-        m.d.sync += [
-            added.eq(0),
-            number.eq(Mux(loads, self.word, total ^ added[1].replicate(bits))),
-        ]
-        with m.If(divides):
-            m.d.sync += [number[0].eq(fits), some.eq(some | fits)]
-        for reach, reaches in ((self.width - 1, too_large), (self.reach - 1, long),
-                               (self.speed, too_fast)):
-            with m.If(count == bits - reach):
-                m.d.sync += reaches.eq(some)
-        with m.If(limits & minutes & ~some):
-            m.d.sync += number[0].eq(rest.any())
-        with m.If(limits & ~minutes & too_large):
-            m.d.sync += number[self.speed:].eq(-1)
-        with m.If(limits & Mux(minutes, too_fast, too_large)):
-            m.d.sync += number[:self.speed].eq(-1)
-        with m.If(limits & minutes):
-            m.d.sync += number[self.speed:].eq(0)
+        m.d.sync += [added.eq(ALL_ONES), carry.eq(1)]
+        with m.If(~keeps):
+            m.d.sync += number.eq(add_choice(doubled, addend, carry))
         with m.If(limits):
-            m.d.sync += number[self.width - 1:].eq(0)
+            m.d.sync += number[self.speed + 1:].eq(0)
+
+        # What is left is below 0 if the divisor did not fit: then it is added the next time.
+        size = PER_ONE.bit_length()
+        rest = Signal(size + 1)
+        fits = rest[-1] == 0
+        divisors = [each[inches] for inches in range(2) for each in DIVISORS.values()]
+        divisor = Signal(size + 1)
+        m.d.comb += divisor.eq(look_up(
+            [5, 60] + [0] * 6 + divisors,
+            Cat(Mux(lists, self.division.unit.as_value(), minutes),
+                lists & self.division.inches, lists), size))
+        m.d.sync += rest.eq(add_choice(Cat(number[-1], rest[:-1]),
+                                       divisor ^ fits.replicate(size + 1), fits))
+        with m.If(added != NOTHING):
+            m.d.sync += rest.eq(0)
+        divides = Signal()  # `fits` is a bit of the quotient
+        some = Signal()  # one that came before was 1
+        was_some = Signal()  # a bit of what is divided was 1
+        least = Signal()  # make the quotient 1
+        beyond = Signal()  # it has too many bits
+        m.d.comb += below.eq((divides & (fits ^ negative)) | least)
+        m.d.sync += [divides.eq(added == NOTHING), some.eq(divides & (some | fits)),
+                     was_some.eq(divides & (was_some | number[-1])), least.eq(0)]
+        # Those that load are at the end of the range, in which nothing else is.
+        count = Signal((bits + 8).bit_length())
+        end = 1 << len(count)
 
         with m.FSM(name="converter_state") as fsm:
             with m.State("SELECT"):
-                with m.If(self.run):
+                m.d.sync += lists.eq(self.divide)
+                with m.If(self.divide):
+                    m.next = "FETCH"
+                with m.Elif(self.run):
                     with m.If(letter == len(LETTERS)):
                         m.d.comb += self.done.eq(1)
                         m.d.sync += letter.eq(0)
                     with m.Elif(wanted):
-                        m.d.sync += minutes.eq(
-                            minutes | (is_feed & ~(modes.inches & ~self.was_inverse)))
+                        m.d.sync += [
+                            minutes.eq(minutes | (is_feed & ~(modes.inches & ~self.was_inverse))),
+                            beyond.eq(beyond & minutes)]
                         m.next = "FETCH"
                     with m.Else():
                         m.d.sync += letter.eq(letter + 1)
                         with m.If(is_offset & ~given):
                             m.d.comb += [self.write.eq(1), self.data.eq(0)]
             with m.State("FETCH"):
-                m.next = "LOAD"
-            with m.State("LOAD"):
-                m.d.comb += loads.eq(1)
-                m.d.sync += negative.eq(self.word[-1])
-                with m.If(self.word[-1]):
-                    m.d.sync += added.eq(ALL_ONES)
                 m.next = "SIGN"
             with m.State("SIGN"):
-                with m.If(~minutes):
-                    m.d.sync += added.eq(MULTIPLE)
-                m.next = "MULTIPLY"
-            with m.State("MULTIPLY"):
-                m.d.sync += [rest.eq(0), count.eq(0), some.eq(0), added.eq(DOUBLE)]
+                m.d.sync += [negative.eq(self.word[-1]), carry.eq(self.word[-1]),
+                             added.eq(Mux(self.word[-1], MINUS_WORD, WORD)),
+                             count.eq(end - ONCE)]
+                with m.If(lists):
+                    with m.If(self.division.unit == GCodeUnit.FEED):
+                        m.d.sync += count.eq(end - THRICE)
+                with m.Elif(~minutes):
+                    m.d.sync += count.eq(end - MULTIPLE)
                 m.next = "DIVIDE"
             with m.State("DIVIDE"):
-                m.d.comb += divides.eq(1)
-                m.d.sync += [rest.eq(Mux(fits, remainder - divisor, remainder)),
-                             count.eq(count + 1), added.eq(DOUBLE)]
-                with m.If(count == bits - 1):
-                    m.d.sync += added.eq(0)
-                    m.next = "LIMIT"
+                m.d.sync += [count.eq(count + 1), added.eq(NOTHING), carry.eq(0)]
+                with m.If(count[3:].all() & ~count[:3].all()):
+                    m.d.sync += [added.eq(added), carry.eq(carry)]
+                with m.If(count == Mux(is_length, bits + 2 - self.reach, Mux(
+                        minutes, bits + 1 - self.speed, bits + 2 - self.width))):
+                    m.d.sync += beyond.eq(beyond | some)
+                with m.If(count == bits):
+                    m.d.sync += carry.eq(Mux(lists, self.division.nearest, ~minutes))
+                    with m.If(minutes & was_some & ~(some | fits)):
+                        m.d.sync += [least.eq(1), carry.eq(1)]
+                    m.next = "ROUND"
+            with m.State("ROUND"):
+                m.d.sync += carry.eq(0)
+                m.next = "LIMIT"
+                with m.If(lists):
+                    m.next = "LISTED"
             with m.State("LIMIT"):
-                m.d.comb += limits.eq(1)
-                with m.If(negative):
-                    m.d.sync += added.eq(ALL_ONES)
-                m.next = "NEGATE"
-            with m.State("NEGATE"):
-                m.d.sync += beyond.eq(is_length & long)
+                m.d.comb += [limits.eq(minutes & beyond), keeps.eq(~limits)]
                 m.next = "STORE"
             with m.State("STORE"):
-                m.d.comb += self.write.eq(1)
+                m.d.comb += [keeps.eq(1), self.write.eq(1)]
                 m.d.sync += minutes.eq(is_feed & ~minutes)
                 m.next = "SELECT"
                 with m.If(~is_feed | minutes):
                     m.d.sync += letter.eq(letter + 1)
-                with m.If(beyond):
+                with m.If(is_length & beyond):
                     m.d.comb += self.too_long.eq(1)
                     m.d.sync += letter.eq(0)
+            with m.State("LISTED"):
+                m.d.comb += [keeps.eq(1), self.divided.eq(1)]
+                with m.If(~self.divide):
+                    m.next = "SELECT"
             with m.State("FAULT"):
                 pass
         m.d.comb += self.fault.eq(leave_unused_codes(m, fsm, fault="FAULT"))

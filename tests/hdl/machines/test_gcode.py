@@ -308,9 +308,9 @@ def test_contacts_that_open_have_a_filter_that_is_set(session):
     session.send("\x18$X\n", wait=False)
     assert session.state()[0] == "Idle"
     session.engine.set(stop=0)
-    session.run(490)  # 500 are 200 us
+    session.run(500)  # 200 us
     assert session.engine.get("alarm") == 0
-    session.run(20)
+    session.run(260)
     assert session.engine.get("alarm") == 1
 
 
@@ -964,7 +964,7 @@ class TestSpindle:
         session.run(100_000)
         assert share(session, "pwm", 1000) == 1
         session.engine.set(stop=1)
-        session.run(40)
+        session.run(55)  # 15 us, for the filter, and some clocks
         assert not session.engine.get("spindle")
         assert share(session, "pwm", 100_000) == 0
 

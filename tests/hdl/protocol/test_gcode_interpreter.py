@@ -419,8 +419,8 @@ def test_a_program():
 
 
 @pytest.mark.parametrize(("line", "clocks"), [
-    ("G4 P1", 84), ("X2", 107), ("G28", 157), ("G1 X1 Y2 F100", 199), ("G20 X2", 109 + 59),
-    ("G20 X1 Y1 Z1", 113 + 3 * 59)])
+    ("G4 P1", 84), ("X2", 107), ("G28", 157), ("G1 X1 Y2 F100", 199), ("G20 X2", 109 + 65),
+    ("G20 X1 Y1 Z1", 113 + 3 * 65)])
 def test_clocks_of_a_line(line, clocks):
     with AmaranthEngine(component("interpreter", Narrow())) as engine:
         pair = Pair(engine)

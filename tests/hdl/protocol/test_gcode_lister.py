@@ -9,7 +9,7 @@ from amaranth import Module, ResetInserter, signed
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out, connect, flipped
 
-from fresa.protocol import GCodeList, GCodeLister, GCodeModes, GCodeReporter
+from fresa.protocol import GCodeList, GCodeLister, GCodeModes, GCodeReporter, UnitConverter
 from tb.boards import component
 from tb.engines import choose
 from tb.models.gcode_list import listed
@@ -24,7 +24,7 @@ MODES = {"motion": 1, "plane": 3, "relative": 2, "inches": 2, "inverse": 2, "sys
 
 
 class Lines(wiring.Component):
-    """The lister, with the reporter that sends its parts."""
+    """The lister, with what divides its words, and the reporter that sends its parts."""
 
     def __init__(self) -> None:
         self.reporter = GCodeReporter(options="VC", blocks=31, receive=96, stores=False)
@@ -37,18 +37,22 @@ class Lines(wiring.Component):
 
     def elaborate(self, platform) -> Module:
         m = Module()
-        lister = GCodeLister(width=WIDTH)
+        lister, divider = GCodeLister(), UnitConverter(width=WIDTH)
         m.submodules.lister = ResetInserter(self.reset)(lister)
+        m.submodules.divider = ResetInserter(self.reset)(divider)
         m.submodules.reporter = reporter = self.reporter
         connect(m, lister.parts, reporter.listed)
         connect(m, flipped(self.answers), reporter.answers)
         connect(m, reporter.bytes, flipped(self.bytes))
+        m.d.sync += divider.word.eq(self.word)  # the second clock
         m.d.comb += [
             lister.start.eq(self.start), lister.list.eq(self.list), lister.modes.eq(self.modes),
             lister.probed.eq(self.probed), lister.inches.eq(self.inches),
             lister.feed_zero.eq(self.feed_zero),
             reporter.inches.eq(self.inches),
-            self.address.eq(lister.address), lister.word.eq(self.word), self.done.eq(lister.done),
+            self.address.eq(lister.address), self.done.eq(lister.done),
+            divider.divide.eq(lister.divide), divider.division.eq(lister.division),
+            lister.divided.eq(divider.divided), lister.quotient.eq(divider.data),
             reporter.abandon.eq(self.reset), reporter.request.eq(self.request)]
         return m
 
@@ -208,8 +212,3 @@ def test_nothing_comes_into_a_line_of_a_list(engine):
     assert kinds == {b"[G", b"[T", b"[P", b"<I", b"er", b""}
     listing = b"".join(line + b"\r\n" for line in lines if line[:1] == b"[")
     assert listing == listed("#", modes=host.modes, words=dict.fromkeys(range(64), 0))
-
-
-def test_impossible():
-    with pytest.raises(ValueError, match="^width must be a whole number from 4 to 64, not 3$"):
-        GCodeLister(width=3)
