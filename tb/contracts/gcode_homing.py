@@ -8,7 +8,6 @@ from amaranth import Array, Cat, Mux, Value
 from fresa.motion import AlarmCode, GCodeHoming, HomingRequest
 
 from .contract import Bits, Case, Component, Contract
-from .gcode_settings import NUMBERS
 
 __all__ = ["GCODE_HOMING"]
 
@@ -19,8 +18,8 @@ class _Line(NamedTuple):
     axis: int
     phase: int  # 0 seek, 1 place, 2 pull off, 3 locate
     thousandths: int
-    distance: int
-    speed: int
+    near: bool = False
+    slow: bool = False
     located: bool = False
 
     @property
@@ -29,29 +28,22 @@ class _Line(NamedTuple):
 
 
 def _lines(simple: bool) -> list[_Line]:
-    """Return all requests of a cycle in their order; a distance of 0 is none."""
+    """Return all requests of a cycle in their order; 0 thousandths of any distance are none."""
     if simple:
-        return [_Line(axis, phase, 1500 if phase == 0 else 1000, 130 + axis if phase == 0 else 0,
-                      25)
+        return [_Line(axis, phase, 1500 if phase == 0 else 0, near=phase == 2)
                 for axis in range(3) for phase in ((0, 1, 2) if axis < 2 else (1, 2))]
-    return [_Line(axis, phase, thousandths, number + axis if number == 130 else number, speed,
-                  located)
-            for axis in (2, 0, 1) for phase, thousandths, number, speed, located in (
-                (0, 1500, 130, 25, False), (1, 1000, 130, 25, False), (2, 1000, 27, 25, False),
-                (3, 5000, 27, 24, True), (1, 1000, 130, 25, True), (2, 1000, 27, 25, True))]
+    return [_Line(axis, phase, thousandths, near, slow, located)
+            for axis in (2, 0, 1) for phase, thousandths, near, slow, located in (
+                (0, 1500, False, False, False), (1, 1000, False, False, False),
+                (2, 1000, True, False, False), (3, 5000, True, True, True),
+                (1, 1000, False, False, True), (2, 1000, True, False, True))]
 
 
 def describe(c: Contract, dut: GCodeHoming) -> None:
-    """By a list of the requests of a cycle, and settings that are any and constant."""
+    """By a list of the requests of a cycle."""
     state, request = c.state("homing_state"), dut.request
     began, known = c.past(1), c.past(~c.rst)
     lines = _lines(dut.simple)
-    used = sorted({24, 25, 26, 27, *range(100, 103), *range(130, 133)})
-    settings: dict[int, Bits] = {number: c.free(27, name=f"setting_{number}") for number in used}
-    for number, setting in settings.items():
-        c.assume(~began | (setting == c.past(setting)))
-        c.assume(~(began & c.past(dut.setting_address == NUMBERS.index(number)))
-                 | (dut.setting == setting))
     c.assume(~began | (dut.lower == c.past(dut.lower)))
 
     waits = request.kind == HomingRequest.WAIT
@@ -63,8 +55,7 @@ def describe(c: Contract, dut: GCodeHoming) -> None:
     c.restrict_covers(c.upset | ~c.rst & dut.allowed & dut.start & dut.standing & ~dut.begins
                       & (dut.homed == c.past(wants | waits)) & ~dut.moving & (dut.lower == 0)
                       & ((dut.switches == found) | (made == 4) if dut.simple
-                         else dut.switches == found ^ (made == 3).replicate(3))
-                      & Cat(value == number for number, value in settings.items()).all())
+                         else dut.switches == found ^ (made == 3).replicate(3)))
     c.m.d.sync += made.eq(Mux(c.rst | dut.done, 0, made + served))
 
     def of(field: str, at: Bits = made) -> Bits:
@@ -76,26 +67,18 @@ def describe(c: Contract, dut: GCodeHoming) -> None:
                   when=wants, then=(made < len(lines)) & (request.axis == axis) & (
                       Value.cast(request.kind) == Mux(of("places"), HomingRequest.PLACE.value,
                                                       HomingRequest.MOVE.value))
-                  & (request.thousandths == of("thousandths"))
                   & (request.from_switch == (of("phase") == 2)))
     c.implication("towards-its-switch", "A line goes towards the switch of its axis, or away from "
                   "it, and a switch is at 0 or below.", when=wants,
                   then=request.back == (of("places") | Mux(seeks, lower, ~lower)))
-    known_settings = {0: 0, **settings}
-
-    def setting(field: str) -> Bits:
-        return Array(known_settings[getattr(line, field)] for line in lines)[made]
-
     zero = of("places") & ~lower & (not dut.simple)
-    c.implication("distance", "A distance is that of the setting, or 0 where it is none.",
-                  when=wants, then=request.distance == Mux(zero, 0, setting("distance")))
+    c.implication("distance", "A distance is so much of the setting, or nothing of it.",
+                  when=wants, then=(request.thousandths == Mux(zero, 0, of("thousandths")))
+                  & (request.near == of("near")))
     c.implication("speed", "A line has the speed of the setting.", when=wants & ~of("places"),
-                  then=request.feed == setting("speed"))
-    c.implication("steps", "The place of a switch comes with the steps of its axis.",
-                  when=wants & of("places"),
-                  then=request.steps == Array(settings[100 + each] for each in range(3))[axis])
+                  then=request.slow == of("slow"))
     fields = Cat(Value.cast(getattr(request, name)) for name in (
-        "kind", "axis", "distance", "thousandths", "back", "from_switch", "feed", "steps"))
+        "kind", "axis", "thousandths", "back", "from_switch", "near", "slow"))
     c.implication("request-stays", "A request holds until it is served.",
                   when=known & c.past((wants | waits) & ~dut.homed), then=fields == c.past(fields))
     _waits(c, dut, made, waits, wants, of)
@@ -104,7 +87,7 @@ def describe(c: Contract, dut: GCodeHoming) -> None:
 
     after = state("START", "MOVE", "BRAKE", "PLACE", "RESTART", "BEGIN")
     at = (made - after)[:5]
-    third = dut.simple & state("DISTANCE") & (c.signal("phase") == 0) & (made == 6)
+    third = dut.simple & state("PLAN") & (c.signal("phase") == 0) & (made == 6)
     c.invariant("where", "Phase, turn and state are those of the request.", state(
         "IDLE", "ASK", "DONE", "FAILED", "FAULT") | (
             (at < len(lines)) & (dut.axis == of("axis", at)) & (c.signal("turn") < 3)
@@ -119,12 +102,6 @@ def describe(c: Contract, dut: GCodeHoming) -> None:
         ~state("IDLE", "ASK") | (made == 0), ~state("DONE") | (made == len(lines)),
         ~state("ASK") | ((c.signal("turn") == 0) & ~c.signal("located"))).all(),
         cover=made == 1, lemma=True)
-    c.invariant("sampled", "Settings are those of the request.", Cat(
-        ~state("REQUEST", "PLAN") | (request.distance == Mux(zero, 0, setting("distance"))),
-        ~state("PLAN") | of("places") | (request.feed == setting("speed")),
-        ~(state("PLAN") & of("places"))
-        | (request.steps == Array(settings[100 + each] for each in range(3))[axis])).all(),
-        cover=wants, lemma=True)
     c.leaves_unused_codes("homing_state", fault=dut.fault, shows=~(
         wants | waits | dut.done | dut.restart | dut.latch | dut.place | dut.brake))
 
@@ -136,9 +113,8 @@ def _waits(c: Contract, dut: GCodeHoming, made: Bits, waits: Bits, wants: Bits,
         c.invariant("no-wait", "The cycle of the thesis waits for nothing.", ~waits, cover=wants)
         return
     state, begins = c.state("homing_state"), dut.begins_within
-    c.implication("wait-is-that-of-the-setting", "A wait is requested where the setting can be "
-                  "read, and before a line alone.", when=waits,
-                  then=(dut.setting_address == NUMBERS.index(26)) & (made != 0) & ~of("places"))
+    c.implication("waits-before-a-line", "A wait is requested before a line alone.", when=waits,
+                  then=(made != 0) & ~of("places"))
     age = c.keep(range(begins + 1), name="wait_age")  # since a wait was committed
     rested = c.keep(2, name="rested")  # 1 while a wait is counted, 2 from then on to the line
     c.m.d.sync += age.eq(Mux(waits & dut.homed, 0, age + (age < begins)))
@@ -153,10 +129,9 @@ def _waits(c: Contract, dut: GCodeHoming, made: Bits, waits: Bits, wants: Bits,
                   then=rested == 2)
     pause, line = c.signal("pause"), (made != 0) & (made < 18) & ~of("places")
     c.invariant("rests", "It waits in one state.", Cat(
-        ~state("DEBOUNCE", "WAIT") | (line & (rested == 0)), ~state("WAIT") | (pause == begins),
+        ~state("WAIT") | (line & (rested == 0)),
         ~state("REST") | (line & (rested == 1) & (age == begins - pause)),
-        ~(state("DISTANCE", "RATE", "READ", "REQUEST", "PLAN") & line) | (rested == 2),
-        (rested == 0) | state("REST", "DISTANCE", "RATE", "READ", "REQUEST", "PLAN")).all(),
+        ~(state("PLAN") & line) | (rested == 2), (rested == 0) | state("REST", "PLAN")).all(),
         cover=rested == 2, lemma=True)
 
 
@@ -238,10 +213,10 @@ def _switches(c: Contract, dut: GCodeHoming, lines: list[_Line], made: Bits, wan
     c.invariant("waits-in", "It waits in one state, and judges a line that has begun.", Cat(
         ~waits | state("BEGIN"), ~state("START") | (age == begins - 1 - pause),
         ~state("MOVE") | (age >= begins), age <= begins + 1,
-        ~state("PLAN", "PLACE") | ~places[(made - state("PLACE"))[:5]] | kept,
-        ~state("BRAKE") | kept, ~(state("RESTART", "BEGIN") & seeks) | kept,
-        ~(state("DISTANCE", "RATE", "REQUEST") & ~third & places[made]) | kept,
-        ~(state("RATE", "REQUEST") & third) | kept).all(), cover=waits, lemma=True)
+        ~state("PLAN", "PLACE") | ~places[(made - state("PLACE"))[:5]] | kept
+        | third & state("PLAN") & (c.signal("phase") == 0),
+        ~state("BRAKE") | kept, ~(state("RESTART", "BEGIN") & seeks) | kept).all(),
+        cover=waits, lemma=True)
 
 
 GCODE_HOMING = Component(

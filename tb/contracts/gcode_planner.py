@@ -100,7 +100,7 @@ def _restrict(c: Contract, dut: PlannerControl, formulas: Any, ends: Bits) -> No
     requests = Cat(soon, Value.cast(actions.payload), actions.valid, dut.configure, dut.begin,
                    dut.report, Value.cast(homing.kind), homing.axis, dut.soft, dut.inches)
     numbers = Cat(dut.operand, dut.setting, *dut.steps, dut.spindle_speed, dut.speed,
-                  homing.distance, homing.feed, homing.steps, homing.thousandths)
+                  homing.thousandths)
     longest = ~dut.configure & (dut.begin | ~dut.report & (Value.cast(homing.kind) == 0)
                                 & (actions.p.kind == Kind.ARC))
     stays = ~c.past(1) | (requests == c.past(requests))
@@ -343,6 +343,12 @@ def _registers(c: Contract, dut: PlannerControl, state, at: Procedures, formulas
     c.implication("settings", "A setting is one that there is.",
                   when=state("ADDRESS", "READ") & (row.do == do.SETTING),
                   then=dut.setting_address < SETTINGS)
+    only: Bits = Mux(row.do == do.SETTING, row.source[6:], 0)
+    near, slow = dut.homing.near, dut.homing.slow
+    c.implication("writes-a-register", "A row that has a value for a register writes it, but a "
+                  "setting that is of some requests for no others.",
+                  when=state("ACT") & (row.do.as_value()[3:] == 0b00),
+                  then=formulas.write == (~only[0] | near) & (~only[1] | slow))
     c.implication("writes-its-value", "What is written to a register is the value, once.",
                   when=formulas.write, then=(formulas.value == value) & state("ACT")
                   & (formulas.address == row.destination[:bits]) & ~c.past(formulas.write))

@@ -110,7 +110,8 @@ class Procedures:
             **{each: ["STOPPED_EVENT"] for each in (Kind.PAUSE, Kind.END)},
             Kind.OFFSETS: ["ORIGIN"]}
         of_home = {HomingRequest.MOVE: ["HOME_X", "HOME_Y", "HOME_Z"],
-                   HomingRequest.PLACE: ["HOME_PLACE"], HomingRequest.WAIT: ["HOME_WAIT"]}
+                   HomingRequest.PLACE: ["PLACE_X", "PLACE_Y", "PLACE_Z"],
+                   HomingRequest.WAIT: ["HOME_WAIT"]}
 
         def is_one(names: list[str]) -> Bits:
             return Cat(procedure == slots[name] for name in names).any()
@@ -176,7 +177,10 @@ FEW = {
     "CHECK_JOG": (_Row(_Do.RUN_SOFT, 1), _keep("VERDICT")),
     "CONFIGURE": (_Row(_Do.SETTING, 42, 6), _keep("STEPS_X")),
     **{f"HOME_{axis}": (_Row(_Do.SKIP, 4), *_BLOCK) for axis in "XYZ"},
-    "HOME_PLACE": (_Row(_Do.INPUT, 0, 9, "steps"), _keep("SWITCH")), "HOME_WAIT": _BLOCK}
+    **{f"PLACE_{axis}": (_Row(_Do.INPUT, 8, 9, "number"), _keep("SWITCH")) for axis in "XY"},
+    "PLACE_Z": (_Row(_Do.SETTING, 42 | gcode_planner._NEAR | gcode_planner._SLOW, 9),
+                _keep("SWITCH")),
+    "HOME_WAIT": _BLOCK}
 """Procedures of a few rows of all kinds."""
 
 

@@ -907,9 +907,9 @@ class GCode(MachineComponent):
                                            | (control.state == GCodeState.ALARM))),
             control.failure.eq(homing.failure),
         ]
-        asked = self._home(m, planner, motion, homing, store, configuring)
+        self._home(m, planner, motion, homing, store)
         m.d.comb += [
-            wanted.eq(asked),
+            wanted.eq(planner.setting_address),
             store.address.eq(Mux(configuring | seeking, wanted, gate.address)),
             store.known_address.eq(gate.address),
             store.write_address.eq(gate.write_address), store.data.eq(gate.data),
@@ -925,7 +925,7 @@ class GCode(MachineComponent):
         m.d.comb += [getattr(gate, name).eq(getattr(store, name))
                      for name in ("value", "number", "decimal", "least", "most", "initial")]
         if self.settings.kinematics == "corexy":
-            with m.If(asked == setting_index(101)):
+            with m.If(planner.setting_address == setting_index(101)):
                 m.d.comb += wanted.eq(setting_index(100))
         with m.If(planner.beyond):
             m.d.sync += control.failure.eq(AlarmCode.SOFT_LIMIT)
@@ -933,16 +933,13 @@ class GCode(MachineComponent):
             m.d.sync += control.failure.eq(AlarmCode.NONE)
 
     def _home(self, m: Module, planner: GCodePlanner, motion: BlockMotion, homing,
-              store: GCodeSettingStore, configuring: Signal) -> Signal:
-        """Have homing cycles made by the planner; return the setting that either asks for."""
-        asked = Signal.like(store.address)
+              store: GCodeSettingStore) -> None:
+        """Have homing cycles made by the planner."""
         m.d.comb += [
-            asked.eq(Mux(configuring, planner.setting_address, homing.setting_address)),
-            homing.setting.eq(store.value), homing.lower.eq(store.flags.lower),
-            homing.homed.eq(planner.homed), homing.standing.eq(motion.still),
+            homing.lower.eq(store.flags.lower), homing.homed.eq(planner.homed),
+            homing.standing.eq(motion.still),
         ]
         connect(m, homing.request, planner.homing)
-        return asked
 
     def _probe(self, m: Module, control: GCodeControl, renewed: Signal, gate: GCodeGate,
                lister: GCodeLister, planner: GCodePlanner, motion: BlockMotion,

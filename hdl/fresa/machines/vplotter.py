@@ -342,8 +342,8 @@ class VPlotter(GCode):
                 m.d.sync += control.failure.eq(AlarmCode.HARD_LIMIT)
 
     def _home(self, m: Module, planner: GCodePlanner, motion: BlockMotion, homing,
-              store: GCodeSettingStore, configuring: Signal) -> Signal:
-        return planner.setting_address
+              store: GCodeSettingStore) -> None:
+        """Leave the planner out of it: these cycles make steps of their own."""
 
     def _switches(self, m: Module, flags: Value) -> tuple[Value, Value]:
         switches = Signal(AXES)

@@ -6,7 +6,6 @@ from amaranth.lib.wiring import In, Out
 
 from ..checks import in_range
 from ..fsm import leave_unused_codes
-from ..protocol import SETTING_BITS, SETTINGS, setting_index
 from .gcode_control import AlarmCode
 from .gcode_planner import HOMING, LENGTH_BITS, HomingRequest
 from .squaring import MotorSquaring
@@ -82,8 +81,6 @@ class GCodeHoming(wiring.Component):
         Switches, 1 where one is on.
     lower : In(3)
         Axes that home to their lower end: $23.
-    setting_address, setting : Out(6), In(27)
-        A setting, a clock after its address in the store, which is a register.
     request, homed : Out(HOMING), In(1)
         What the planner does, until ``homed``.
     moving, standing, begins : In(1)
@@ -123,7 +120,6 @@ class GCodeHoming(wiring.Component):
         super().__init__({
             "start": In(1), "active": Out(1), "done": Out(1), "allowed": In(1),
             "failure": Out(AlarmCode), "switches": In(3), "lower": In(3),
-            "setting_address": Out(range(len(SETTINGS))), "setting": In(SETTING_BITS),
             "request": Out(HOMING), "homed": In(1), "moving": In(1), "standing": In(1),
             "begins": In(1), "brake": Out(1), "restart": Out(1), "axis": Out(2), "latch": Out(1),
             "place": Out(1), "fault": Out(1),
@@ -150,9 +146,13 @@ class GCodeHoming(wiring.Component):
             seeks.eq((phase == _Phase.SEEK) | (phase == _Phase.LOCATE)),
             request.back.eq((phase == _Phase.PLACE) | (lower ^ ~seeks)),
             request.from_switch.eq(phase == _Phase.PULL_OFF),
+            request.near.eq((phase == _Phase.PULL_OFF) | (phase == _Phase.LOCATE)),
+            request.slow.eq(phase == _Phase.LOCATE),
             request.thousandths.eq(Mux(phase == _Phase.SEEK, _SEARCH,
                                        Mux(phase == _Phase.LOCATE, _LOCATE, _ONCE))),
         ]
+        with m.If((phase != _Phase.SEEK) if self.simple else (phase == _Phase.PLACE) & ~lower):
+            m.d.comb += request.thousandths.eq(0)  # the switch is at 0
 
         lost = None  # one of two motors does not find its switch
         if self.squared_axis is not None:
@@ -160,12 +160,12 @@ class GCodeHoming(wiring.Component):
 
         def follow(then: _Phase) -> None:
             m.d.sync += phase.eq(then)
-            m.next = "DISTANCE"
+            m.next = "PLAN"
 
         def follow_later(then: _Phase) -> None:
             follow(then)
             if not self.simple:
-                m.next = "DEBOUNCE"
+                m.next = "WAIT"
 
         def fail(code: AlarmCode) -> None:
             m.d.comb += self.failure.eq(code)
@@ -184,13 +184,9 @@ class GCodeHoming(wiring.Component):
 
             # A switch may bounce, and the machine shake, until the phase begins
             if not self.simple:
-                with m.State("DEBOUNCE"):
-                    m.d.comb += rests.eq(1)
-                    m.d.sync += [self.setting_address.eq(setting_index(26)),
-                                 pause.eq(self.begins_within)]
-                    m.next = "WAIT"
                 with m.State("WAIT"):
                     m.d.comb += [rests.eq(1), request.kind.eq(HomingRequest.WAIT)]
+                    m.d.sync += pause.eq(self.begins_within)
                     with m.If(self.homed):
                         m.next = "REST"
                 with m.State("REST"):
@@ -198,34 +194,8 @@ class GCodeHoming(wiring.Component):
                     with m.If(pause != 0):
                         m.d.sync += pause.eq(pause - 1)
                     with m.Elif(~self.moving):
-                        m.next = "DISTANCE"
+                        m.next = "PLAN"
 
-            # The settings of the phase
-            with m.State("DISTANCE"):
-                m.d.sync += self.setting_address.eq(setting_index(27))
-                with m.If((phase == _Phase.SEEK) | (phase == _Phase.PLACE)):
-                    m.d.sync += self.setting_address.eq(setting_index(130) + self.axis)
-                m.next = "RATE"
-                if self.simple:
-                    with m.If((phase == _Phase.SEEK) & (self.axis == 2)):
-                        m.d.comb += self.latch.eq(1)
-                        follow(_Phase.PLACE)
-            with m.State("RATE"):
-                m.d.sync += self.setting_address.eq(setting_index(25))
-                with m.If(phase == _Phase.LOCATE):
-                    m.d.sync += self.setting_address.eq(setting_index(24))
-                with m.If(phase == _Phase.PLACE):
-                    m.d.sync += self.setting_address.eq(setting_index(100) + self.axis)
-                m.next = "READ"
-            with m.State("READ"):
-                m.d.sync += request.distance.eq(self.setting)
-                with m.If((phase != _Phase.SEEK) if self.simple
-                          else (phase == _Phase.PLACE) & ~lower):
-                    m.d.sync += request.distance.eq(0)
-                m.next = "REQUEST"
-            with m.State("REQUEST"):
-                m.d.sync += [request.feed.eq(self.setting), request.steps.eq(self.setting)]
-                m.next = "PLAN"
             with m.State("PLAN"):
                 m.d.comb += request.kind.eq(HomingRequest.MOVE)
                 m.d.sync += pause.eq(self.begins_within)
@@ -235,6 +205,10 @@ class GCodeHoming(wiring.Component):
                     m.next = "START"
                     with m.If(phase == _Phase.PLACE):
                         m.next = "PLACE"
+                if self.simple:
+                    with m.If((phase == _Phase.SEEK) & (self.axis == 2)):
+                        m.d.comb += [self.latch.eq(1), request.kind.eq(HomingRequest.NONE)]
+                        follow(_Phase.PLACE)
 
             with m.State("START"):
                 m.d.sync += pause.eq(pause - 1)

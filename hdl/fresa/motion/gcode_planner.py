@@ -73,16 +73,15 @@ class HomingRequest(enum.Enum, shape=unsigned(2)):
 
 
 HOMING = wiring.Signature({
-    "kind": Out(HomingRequest), "axis": Out(2), "distance": Out(SETTING_BITS),
-    "thousandths": Out(13), "back": Out(1), "from_switch": Out(1), "feed": Out(SETTING_BITS),
-    "steps": Out(SETTING_BITS)})
+    "kind": Out(HomingRequest), "axis": Out(2), "thousandths": Out(13), "back": Out(1),
+    "from_switch": Out(1), "near": Out(1), "slow": Out(1)})
 """A request of a homing cycle.
 
-``distance`` is in um, and is taken as often as ``thousandths`` says; ``back`` is the way to lower
-positions. A line goes with ``feed``, in um/min, and begins where the axis is, or with
-``from_switch`` is reckoned from the place that a PLACE gave. With that ``distance`` is from 0 to
-the switch, and ``steps`` are those per metre. A WAIT takes as many ms as the setting says that
-comes meanwhile.
+A line is as long as the travel of its axis, $130 to $132, or with ``near`` as $27, as often as
+``thousandths`` says; ``back`` is the way to lower positions. It goes with the speed of $25, or with
+``slow`` of $24, and begins where the axis is, or with ``from_switch`` is reckoned from the place
+that a PLACE gave. That is the travel from 0, as often and in the way that the request says. A WAIT
+takes the time of $26.
 """
 
 
@@ -159,9 +158,14 @@ class _Row(NamedTuple):
 
 
 # An even number, as `choose` wants.
-_INPUTS = ("steps_now_x", "steps_now_y", "steps_now_z", "spindle", "speed_now", "distance", "feed",
-           "steps", "header", "setting", "thousandths", "flag", "override", "unit")
-_FLAGS = "back", "from_switch", "clockwise", "plane"
+_INPUTS = ("steps_now_x", "steps_now_y", "steps_now_z", "spindle", "speed_now", "header", "setting",
+           "number")
+_NUMBERS = {"back": 0b100, "from_switch": 0b101, "clockwise": 0b110, "plane": 0b111,
+            "thousandths": 0b1_000, "unit": 0b10_000, "override": 0b100_000}
+"""Small numbers, by the source of a row: a bit for each, and four that are flags."""
+
+_NEAR, _SLOW = 1 << 6, 1 << 7
+"""With these beside its source a setting is taken only for a request that says so."""
 
 ROW = data.StructLayout({"do": _Do, "source": 8, "destination": 8, "last": 1, "operand": 1,
                          "word": 1, "input": len(_INPUTS) // 2 + 1})
@@ -172,9 +176,13 @@ _TABLE = {table.name: number for number, table in enumerate(TABLES)}
 
 
 def _input(name: str, register: str) -> _Row:
-    if name in _FLAGS:
-        return _Row(_Do.INPUT, _FLAGS.index(name), _register(register), "flag")
+    if name in _NUMBERS:
+        return _Row(_Do.INPUT, _NUMBERS[name], _register(register), "number")
     return _Row(_Do.INPUT, 0, _register(register), name)
+
+
+def _setting(number: int, register: str, only: int = 0) -> _Row:
+    return _Row(_Do.SETTING, setting_index(number) | only, _register(register))
 
 
 def _pair(name: str, word: int, *, high_first: bool) -> Iterable[_Row]:
@@ -320,15 +328,15 @@ def _configure() -> Iterable[_Row]:
     for axis, name in enumerate("xyz"):
         for first, register in ((100, "steps"), (110, "max_speed"), (120, "max_acceleration"),
                                 (130, "travel")):
-            yield _Row(_Do.SETTING, setting_index(first + axis), _register(f"{register}_{name}"))
+            yield _setting(first + axis, f"{register}_{name}")
         yield _Row(_Do.KEEP, _register(f"steps_{name}"), _Kept.STEPS_X.value + axis)
     for number, register in (0, "pulse"), (11, "deviation"), (201, "filter"):
-        yield _Row(_Do.SETTING, setting_index(number), _register(register))
+        yield _setting(number, register)
     yield _Row(_Do.RUN, _TABLE["configure"])
     for first, kept in (130, _Kept.LENGTH_X), (220, _Kept.BACKLASH_X):
         for axis in range(3):
             for number, register in (first, "a"), (100, "b"):
-                yield _Row(_Do.SETTING, setting_index(number + axis), _register(register))
+                yield _setting(number + axis, register)
             yield _Row(_Do.RUN, _TABLE["in_steps"])
             yield _Row(_Do.KEEP, _register("a"), kept.value + axis)
     for register, kept in (("verdict", _Kept.VERDICT), ("filter", _Kept.FILTER),
@@ -336,27 +344,33 @@ def _configure() -> Iterable[_Row]:
         yield _Row(_Do.KEEP, _register(register), kept.value)
 
 
-def _offset(*names: str) -> Iterable[_Row]:
-    for name in ("distance", "thousandths", "back", *names):
-        yield _input(name, {"thousandths": "a", "from_switch": "from_home"}.get(name, name))
+def _offset() -> Iterable[_Row]:
+    yield _input("thousandths", "a")
+    yield _input("back", "back")
     yield _Row(_Do.RUN, _TABLE["offset"])
 
 
-def _home(axis: str) -> Iterable[_Row]:
-    yield from _offset("from_switch", "feed")
-    yield _Row(_Do.RUN, _TABLE[f"offset_{axis}"])
+def _home(axis: int) -> Iterable[_Row]:
+    yield _setting(130 + axis, "distance")
+    yield _setting(27, "distance", _NEAR)
+    yield _setting(25, "feed")
+    yield _setting(24, "feed", _SLOW)
+    yield _input("from_switch", "from_home")
+    yield from _offset()
+    yield _Row(_Do.RUN, _TABLE[f"offset_{'xyz'[axis]}"])
     yield from _rest_of_line()
 
 
-def _home_place() -> Iterable[_Row]:
+def _home_place(axis: int) -> Iterable[_Row]:
+    yield _setting(130 + axis, "distance")
     yield from _offset()
-    yield _input("steps", "a")
+    yield _setting(100 + axis, "a")
     yield _Row(_Do.RUN, _TABLE["home"])
     yield _Row(_Do.KEEP, _register("a"), _Kept.SWITCH.value)
 
 
 def _home_wait() -> Iterable[_Row]:
-    yield _Row(_Do.SETTING, 0, _register("a"))
+    yield _setting(26, "a")
     yield _Row(_Do.RUN, _TABLE["wait"])
     yield _Row(_Do.HEADER, 0, BlockWord.HEADER)
     yield _Row(_Do.STORE, _register("product.low"), BlockWord.EXTRA)
@@ -429,10 +443,12 @@ _PROCEDURES = {
     "JOG": (*_jog(),),
     "CHECK_JOG": (*_check_jog(),),
     "CONFIGURE": (*_configure(),),  # those behind it are of homing
-    "HOME_X": (*_home("x"),),
-    "HOME_Y": (*_home("y"),),
-    "HOME_Z": (*_home("z"),),
-    "HOME_PLACE": (*_home_place(),),
+    "HOME_X": (*_home(0),),
+    "HOME_Y": (*_home(1),),
+    "HOME_Z": (*_home(2),),
+    "PLACE_X": (*_home_place(0),),
+    "PLACE_Y": (*_home_place(1),),
+    "PLACE_Z": (*_home_place(2),),
     "HOME_WAIT": (*_home_wait(),),
 }
 
@@ -459,7 +475,9 @@ class _Procedure(enum.Enum, shape=unsigned(6)):
     HOME_X = _SLOTS["HOME_X"]
     HOME_Y = _SLOTS["HOME_Y"]
     HOME_Z = _SLOTS["HOME_Z"]
-    HOME_PLACE = _SLOTS["HOME_PLACE"]
+    PLACE_X = _SLOTS["PLACE_X"]
+    PLACE_Y = _SLOTS["PLACE_Y"]
+    PLACE_Z = _SLOTS["PLACE_Z"]
     HOME_WAIT = _SLOTS["HOME_WAIT"]
 
 
@@ -643,15 +661,16 @@ class GCodePlanner(wiring.Component):
         ]
         m.d.sync += self.shown.eq(show.data)
         request = self.homing
+        number = Signal(WIDTH)
         flag = Array([request.back, request.from_switch,
                       modes.motion == GCodeMotion.CLOCKWISE, modes.plane])[row.source[:2]]
-        override = Signal(WIDTH)
-        m.d.comb += override.eq(override_of(
-            header.override, feed=self.feed_override, rapid=self.rapid_override) << OVERRIDE_SHIFT)
-        inputs = [*self.steps, self.spindle_speed, self.speed, request.distance,
-                  request.feed, request.steps, header.as_value(), self.setting,
-                  request.thousandths, flag, override,
-                  Mux(self.inches, INCH, UM)]
+        override = override_of(
+            header.override, feed=self.feed_override, rapid=self.rapid_override) << OVERRIDE_SHIFT
+        m.d.comb += number.eq(
+            Mux(row.source[2], flag, 0) | Mux(row.source[3], request.thousandths, 0)
+            | Mux(row.source[4], Mux(self.inches, INCH, UM), 0) | Mux(row.source[5], override, 0))
+        inputs = [*self.steps, self.spindle_speed, self.speed, header.as_value(), self.setting,
+                  number]
         code = Signal.like(row.input)
         other = Signal(WIDTH)  # what comes neither from a register nor an operand, a clock later
         m.d.sync += [code.eq(row.input), other.eq(choose(inputs, code, WIDTH))]
@@ -682,6 +701,12 @@ class GCodePlanner(wiring.Component):
         def begin(which: _Procedure, kind: BlockKind = BlockKind.MOTION) -> None:
             m.d.sync += [procedure.eq(which), header.kind.eq(kind), committed.eq(0)]
             m.next = "LOOK-UP"
+
+        def begin_by_axis(first: _Procedure, *others: _Procedure) -> None:
+            begin(first)
+            for axis, which in enumerate(others, 1):
+                with m.If(request.axis == axis):
+                    begin(which)
 
         ends = Signal()  # the procedure is through, which is told in the next clock
         m.d.comb += self.setting_address.eq(row.source)
@@ -732,15 +757,12 @@ class GCodePlanner(wiring.Component):
                 with m.Elif(report):
                     begin(_Procedure.REPORT)
                 with m.Elif(homing == HomingRequest.PLACE):
-                    begin(_Procedure.HOME_PLACE)
+                    begin_by_axis(_Procedure.PLACE_X, _Procedure.PLACE_Y, _Procedure.PLACE_Z)
                 with m.Elif(homing == HomingRequest.WAIT):
                     begin(_Procedure.HOME_WAIT, BlockKind.DWELL)
                 with m.Elif(homing == HomingRequest.MOVE):
                     m.d.sync += header.override.eq(OverrideKind.NONE)
-                    begin(_Procedure.HOME_X)
-                    for axis, which in (1, _Procedure.HOME_Y), (2, _Procedure.HOME_Z):
-                        with m.If(self.homing.axis == axis):
-                            begin(which)
+                    begin_by_axis(_Procedure.HOME_X, _Procedure.HOME_Y, _Procedure.HOME_Z)
                 with m.Elif(action):
                     with m.Switch(kind):
                         with m.Case(GCodeActionKind.RAPID, GCodeActionKind.LINE,
@@ -798,7 +820,10 @@ class GCodePlanner(wiring.Component):
             with m.State("ACT"):
                 with m.Switch(row.do.as_value()):
                     with m.Case("00---"):  # into a register
-                        m.d.comb += [formulas.write.eq(1), into_register.eq(1)]
+                        # No source of these but settings has bits as high.
+                        m.d.comb += [formulas.write.eq((~row.source[6] | request.near)
+                                                       & (~row.source[7] | request.slow)),
+                                     into_register.eq(1)]
                         finish()
                     with m.Case("01---"):  # into a word of the block
                         m.d.comb += [self.words.valid.eq(1)]

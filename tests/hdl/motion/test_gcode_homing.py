@@ -8,12 +8,10 @@ from types import SimpleNamespace
 import pytest
 
 from fresa.motion import AlarmCode, GCodeHoming, HomingRequest
-from fresa.protocol import SETTINGS, setting_index
 from tb.boards import component
 from tb.engines import Engine, choose
 
-VALUES = {24: 30_000, 25: 600_000, 26: 250, 27: 1_500, 100: 80_000, 101: 40_000, 102: 250_000,
-          130: 15_000, 131: 10_000, 132: 5_000}
+VALUES = {24: 30_000, 25: 600_000, 27: 1_500, 130: 15_000, 131: 10_000, 132: 5_000}
 
 
 STEP = 20
@@ -53,10 +51,9 @@ class Machine:
         engine.set(switches=self.rng.getrandbits(3) if self.dwell else self.on(),
                    moving=self.moving is not None or self.dwell > 0, standing=1,
                    begins=self.begins > 0, allowed=self.rng.getrandbits(1))
-        (address, brake, restart, latch, place, done, failure, axis, active
-         ) = engine.get("setting_address", "brake", "restart", "latch", "place", "done",
-                        "failure", "axis", "active")
-        names = ("kind", "axis", "distance", "thousandths", "back", "from_switch", "feed", "steps")
+        brake, restart, latch, place, done, failure, axis, active = engine.get(
+            "brake", "restart", "latch", "place", "done", "failure", "axis", "active")
+        names = ("kind", "axis", "thousandths", "back", "from_switch", "near", "slow")
         want = SimpleNamespace(**dict(zip(names, engine.get(*(f"request_{name}" for name in names)),
                                         strict=True)))
         homed = False
@@ -68,18 +65,18 @@ class Machine:
             self.wait -= 1
             homed = self.wait == 0
             if want.kind == HomingRequest.WAIT.value:
-                assert address == setting_index(26)
                 self.dwells += homed
                 self.dwell = homed * self.rng.randint(1, 100)
             elif homed and want.kind == HomingRequest.MOVE.value:
-                offset = want.distance * want.thousandths // 1000
+                distance = VALUES[27 if want.near else 130 + want.axis]
+                offset = distance * want.thousandths // 1000
                 begin = self.home[want.axis] if want.from_switch else self.at[want.axis]
                 self.moving = want.axis, begin + (-offset if want.back else offset)
-                self.requests.append((want.axis, want.distance, want.thousandths, want.back,
-                                      want.from_switch, want.feed))
+                self.requests.append((want.axis, distance, want.thousandths, want.back,
+                                      want.from_switch, VALUES[24 if want.slow else 25]))
             elif homed:
-                assert want.steps == VALUES[100 + want.axis]
-                self.home[want.axis] = -want.distance if want.back else want.distance
+                offset = VALUES[130 + want.axis] * want.thousandths // 1000
+                self.home[want.axis] = -offset if want.back else offset
         if brake:
             self.moving = None
         elif self.moving:
@@ -99,8 +96,7 @@ class Machine:
         self.failure = failure
         engine.set(homed=homed)
         engine.run(1)
-        engine.set(homed=0, start=0,
-                   setting=VALUES.get(SETTINGS[min(address, len(SETTINGS) - 1)].number, 0))
+        engine.set(homed=0, start=0)
         assert active
         return bool(done)
 
@@ -159,10 +155,6 @@ def test_a_switch_that_stays_on_is_an_alarm(homing):
         machine.run()
         assert machine.failure == AlarmCode.HOMING_PULL_OFF.value
         assert len(machine.requests) == 2
-
-
-def test_the_settings_are_where_the_machine_looks_for_them():
-    assert [SETTINGS[setting_index(number)].number for number in VALUES] == [*VALUES]
 
 
 class Gantry(Machine):

@@ -292,20 +292,21 @@ def test_a_homing_cycle_has_its_lines(design):
         machine = Machine(engine)
         machine.begin([100, -200, 3000])
         model = Planner(SETTINGS, machine.positions)
-        for axis, distance, thousandths, back, feed in [
-                (2, 50_000, 1500, 0, 600_000), (0, 2_000, 5000, 1, 25_000),
-                (1, 1_000, 1000, 0, 60)]:
-            words = machine.home(HomingRequest.MOVE, axis=axis, distance=distance, back=back,
-                                 thousandths=thousandths, feed=feed, from_switch=0)
-            offset = (-1 if back else 1) * distance * thousandths
+        values = {24: 25_000, 25: 600_000, 27: 1_000, 130: 20_000, 131: 30_000, 132: 50_000,
+                  **{100 + axis: steps for axis, steps in enumerate(LINE.steps)}}
+        machine.settings = setting_values(values)
+        for axis, thousandths, back, near, slow in [
+                (2, 1500, 0, 0, 0), (0, 5000, 1, 1, 1), (1, 1000, 0, 1, 0), (1, 1500, 1, 0, 0),
+                (0, 1500, 0, 0, 1), (2, 1000, 1, 1, 0)]:
+            words = machine.home(HomingRequest.MOVE, axis=axis, back=back, near=near, slow=slow,
+                                 thousandths=thousandths, from_switch=0)
+            offset = (-1 if back else 1) * values[27 if near else 130 + axis] * thousandths
             target = [at + offset * (each == axis) for each, at in enumerate(model.position)]
             assert words
-            assert motion(words) == model.line(target, feed * 1000 // 60)
+            assert motion(words) == model.line(target, values[24 if slow else 25] * 1000 // 60)
 
-        # A dwell of $26, which the cycle has read
         for wait in (0, 250, 65_535):
-            machine.settings = [wait] * len(SETTING_LIST)
-            machine.clock()
+            machine.settings = setting_values({**values, 26: wait})
             words = machine.home(HomingRequest.WAIT)
             assert words
             assert BlockHeader.from_bits(words[BlockWord.HEADER]).kind == BlockKind.DWELL
@@ -314,18 +315,19 @@ def test_a_homing_cycle_has_its_lines(design):
             model.stop()
 
         # A switch 20 mm below 0, where axis X is now, then 1 mm up from it
-        machine.home(HomingRequest.PLACE, axis=0, distance=20_000, back=1, thousandths=1000,
-                     steps=LINE.steps[0])
+        machine.home(HomingRequest.PLACE, axis=0, back=1, thousandths=1000)
         assert engine.get("switch") == -1600 % WORD
         machine.begin([-1600, 0, 0])
         model = Planner(SETTINGS, machine.positions)
-        words = machine.home(HomingRequest.MOVE, axis=0, distance=1_000, back=0, thousandths=1000,
-                             feed=60_000, from_switch=1)
+        words = machine.home(HomingRequest.MOVE, axis=0, back=0, thousandths=1000, near=1, slow=0,
+                             from_switch=1)
         assert words
-        assert motion(words) == model.line([-19 * 10**6, 0, 0], 10**6)
-        machine.home(HomingRequest.PLACE, axis=2, distance=0, back=1, thousandths=1000,
-                     steps=LINE.steps[2])
-        assert engine.get("switch") == 0
+        assert motion(words) == model.line([-19 * 10**6, 0, 0], 10**7)
+        for axis in 1, 2:
+            for thousandths, back in (1000, 1), (0, 1), (1000, 0):
+                machine.home(HomingRequest.PLACE, axis=axis, back=back, thousandths=thousandths)
+                place = values[130 + axis] * LINE.steps[axis] * thousandths // 10**9
+                assert engine.get("switch") == (-place if back else place) % WORD
 
 
 @pytest.mark.compiler
