@@ -24,8 +24,6 @@ def describe(c: Contract, dut: AccessoryRestart) -> None:
                       when=turned & off, then=c.past(off))
         c.implication(f"{name}-on-for-a-reason", "And only a restart turns one on.",
                       when=turned & c.past(off) & ~off, then=lets | c.past(dut.restart))
-    c.implication("spindle-first", "The coolant is never on while the spindle is off.",
-                  when=spindle_off, then=coolant_off)
 
     # The beats since one was turned on that has to be waited for, as far as they count
     spins = turned & c.past(spindle_off) & ~spindle_off & ~lets
@@ -33,20 +31,23 @@ def describe(c: Contract, dut: AccessoryRestart) -> None:
     left = c.signal("left")
     due = c.keep(len(left), name="due")  # beats, before this clock
     now = Mux(
-        spins, Mux(c.past(dut.spindle), 1 << dut.spindle_log2, 0),
+        spins, Mux(c.past(dut.spindle & ~dut.laser), 1 << dut.spindle_log2, 0),
         Mux(cools, Mux(c.past(dut.coolant), 1 << dut.coolant_log2, 0), due))
     c.m.d.sync += due.eq(Mux(c.rst | dut.off | dut.release, 0, now - (dut.beat & (now != 0))))
     c.invariant("counts", "What is left is the time of what was turned on last.", left + 1 == now,
                 cover=now == 2, lemma=True)
     c.implication("waits-for-the-spindle", "Coolant waits until the spindle has its speed.",
-                  when=cools & ~spins, then=c.past(due == 0))
+                  when=cools & ~c.past(dut.laser), then=c.past(~spindle_off & (now == 0)))
+    c.implication("laser-last", "A laser waits until the coolant has had its time.",
+                  when=spins & c.past(dut.laser), then=c.past(~coolant_off & (now == 0)))
     c.implication("both-on", "It is through when both are on, and the last has had its time.",
                   when=dut.restarted, then=~spindle_off & ~coolant_off & (now == 0))
     c.implication("through", "It is so at once.", when=~spindle_off & ~coolant_off & (now == 0),
                   then=dut.restarted)
     c.implication("goes-on", "As soon as nothing is waited for the next is turned on.",
-                  when=turned & c.past(dut.restart & (now == 0) & ~dut.release & coolant_off),
-                  then=Mux(c.past(spindle_off), ~spindle_off, ~coolant_off))
+                  when=turned & c.past(dut.restart & (now == 0) & ~dut.release
+                                       & (spindle_off | coolant_off)),
+                  then=(c.past(spindle_off) & ~spindle_off) | (c.past(coolant_off) & ~coolant_off))
 
 
 ACCESSORY_RESTART = Component(

@@ -59,6 +59,9 @@ def describe(c: Contract, dut: GCodeControl) -> None:
                   "else is said to be that.",
                   when=state("RENEW") | ((dut.state == GCodeState.DOOR) & dut.substate.all()),
                   then=state("RENEW") & (dut.state == GCodeState.DOOR) & dut.substate.all())
+    c.implication("off-is-door", "Where something is still off nothing begins: it is DOOR again.",
+                  when=known & c.past(state("IDLE") & ~dut.restarted & ~dut.reset),
+                  then=state("DOOR", "ALARM"))
     c.implication("off-where-it-stands", "With the door open they are off where it stands.",
                   when=state("DOOR"), then=dut.substate[1] == ~dut.standing)
     c.implication("says-that-it-is-open", "That the door opens is said, also once more.",

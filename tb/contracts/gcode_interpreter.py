@@ -139,18 +139,24 @@ def describe(c: Contract, dut: GCodeInterpreter) -> None:
                 cover=state("PROBED"), lemma=True)
     c.invariant("position-first", "A position is taken before an item of a line, and only where "
                 "none of the line was, or while the end of a probing is awaited.",
-                position.ready == ((state("READ") & ~begun) | touches),
+                position.ready == (((state("READ") & ~begun) | touches)
+                                   & ~(dut.divide & ~dut.divided)),
                 cover=position.ready & position.valid & words.valid)
     c.implication("position-before-item", "No item is taken in the clock of a position.",
                   when=position.valid & position.ready, then=~words.ready)
     store = c.part("coordinates")
-    c.assume(~dut.divide | position.ready)
+    c.assume(~dut.divide | (state("READ") & ~begun) | touches)
     c.assume(~c.past(dut.divide & ~dut.divided & ~c.rst) | dut.divide)
     c.assume(~c.past(dut.divide & ~c.rst) | ~dut.divide
              | (Value.cast(dut.division) == c.past(Value.cast(dut.division))))
-    c.implication("lists", "A word that is divided for a list is read where it is, but in a clock "
-                  "in which one is stored.", when=dut.divide & ~c.signal("stores"),
+    c.implication("lists", "A word that is divided for a list is read where it is.",
+                  when=c.part("converter").divide,
                   then=~store.run & (store.address == dut.shown_address))
+    c.implication("lists-undisturbed", "That goes on until it is divided.",
+                  when=c.past(c.part("converter").divide & ~dut.divided & ~c.rst),
+                  then=c.part("converter").divide)
+    c.implication("lists-at-once", "It begins as soon as no word is stored.",
+                  when=dut.divide & ~c.signal("stores"), then=c.part("converter").divide)
     axis = position.p.axis
     none = axis[:2] == 3
     c.implication("position-is-stored", "A clock later it is stored as that of its axis, or as "

@@ -66,7 +66,8 @@ def describe(c: Contract, dut: Overrides) -> None:
                   then=~outputs.clockwise & ~outputs.counter_clockwise)
     c.invariant("stop-is-kept", "That it is stopped is kept.", c.signal("stopped") == stopped,
                 cover=stopped, lemma=True)
-    for name, which in ("flood", FLOOD), ("mist", MIST):
+    wanted: list[Bits] = []
+    for name, which, kept in ("flood", FLOOD, "flooded"), ("mist", MIST, "misted"):
         mine, before = program[name], c.keep(1, name=f"{name}_of_program")
         switched = c.keep(1, name=f"{name}_is_switched")
         c.m.d.sync += [
@@ -77,6 +78,12 @@ def describe(c: Contract, dut: Overrides) -> None:
                     "switches it, and is off while it is to be.",
                     outputs[name] == ((mine ^ (switched & (before == mine))) & ~dut.coolant_off),
                     cover=switched)
+        c.invariant(f"{name}-is-kept", "That it is switched is kept.",
+                    (c.signal(kept) == switched) & (c.signal(f"{name}_before") == before),
+                    cover=switched, lemma=True)
+        wanted.append(mine ^ (switched & (before == mine)))
+    c.invariant("coolant-is-known", "Whether coolant is to be on is known while it is off, too.",
+                dut.coolant == Cat(wanted).any(), cover=dut.coolant & dut.coolant_off)
 
 
 def _bounded(percent: Bits) -> Bits:

@@ -115,7 +115,8 @@ class ControlModel:
                 self._say(LOCKED)
                 self.locked = True
             self.state, self.first = "ALARM" if self.locked else "IDLE", False
-        elif self.state in ("IDLE", "RUN", "HOLD") and door:
+        elif (self.state in ("IDLE", "RUN", "HOLD") and door) or (
+                self.state == "IDLE" and not inputs["restarted"]):
             self.state = "DOOR"
         elif self.state in ("IDLE", "RUN") and (came == HOLD or inputs["pause"]):
             self.state = "HOLD"

@@ -1,10 +1,11 @@
 """`gcode`: a CNC controller for three axes, from G-code on a serial line to steps."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from math import floor
 from re import fullmatch, search
+from types import MappingProxyType
 
 from amaranth import Cat, Module, Mux, ResetInserter, Signal, Value, signed
 from amaranth.lib import stream, wiring
@@ -258,11 +259,12 @@ class GCodeSettings:
     def options(self) -> str:
         """What it is built with, by GRBL's letters.
 
-        Those of a variable spindle, of M7, of CoreXY, and of two motors on one axis, squared by
-        homing.
+        Those of a variable spindle, of M7, of CoreXY, of a safety door, and of two motors on one
+        axis, squared by homing.
         """
         return ("V" * (self.dialect == "grbl") + "M" * self.mists
-                + "C" * (self.kinematics == "corexy") + "2" * (self.second_motor is not None))
+                + "C" * (self.kinematics == "corexy") + "+" * (self.dialect == "grbl")
+                + "2" * (self.second_motor is not None))
 
     @property
     def mists(self) -> bool:
@@ -409,7 +411,8 @@ class GCode(MachineComponent):
     stop : In(1)
         Emergency stop: no step is made while it is 1, nor until a reset.
     door : In(1)
-        The door is open: holds, and goes on by ``~`` once it is closed.
+        The door is open: holds, and turns spindle and coolant off; goes on by ``~`` once it is
+        closed.
     probe : In(1)
         The probe touches.
     motor_fault : In(1)
@@ -448,6 +451,9 @@ class GCode(MachineComponent):
     """
 
     _stored: StoredProgram
+
+    restart_times: Mapping[str, int] = MappingProxyType({})
+    """Times of its `AccessoryRestart`, if they are not the usual ones."""
 
     def __init__(self, *, settings: GCodeSettings | None = None) -> None:
         self.settings = settings = settings or GCodeSettings()
@@ -623,7 +629,7 @@ class GCode(MachineComponent):
         ]
         self._system(m, control, renewed, gate, planner, motion, homing, store)
         m.submodules.overrides = overrides = Overrides()
-        m.submodules.accessories = accessories = AccessoryRestart()
+        m.submodules.accessories = accessories = AccessoryRestart(**self.restart_times)
         outputs = overrides.outputs
         was_off = Signal()
         m.d.sync += was_off.eq(motion.off)
@@ -635,27 +641,25 @@ class GCode(MachineComponent):
                 GCodeState.IDLE, GCodeState.RUN, GCodeState.HOLD, GCodeState.JOG)).any()),
             overrides.standing.eq((control.state == GCodeState.HOLD) & motion.still),
             overrides.laser.eq(flags.laser),
-            # An open door must not turn the spindle on, nor an alarm before it is off.
+            # A spindle that was stopped stays so in DOOR, and in ALARM until the outputs are off.
             overrides.held.eq(Cat(control.state == each for each in (
                 GCodeState.HOLD, GCodeState.DOOR, GCodeState.ALARM)).any() & ~accessories.restart),
             planner.feed_override.eq(overrides.feed), planner.rapid_override.eq(overrides.rapid),
             motion.feed_override.eq(overrides.feed), motion.rapid_override.eq(overrides.rapid),
         ]
         at_door = control.state == GCodeState.DOOR
-        wanted = motion.outputs
         m.d.comb += [
             accessories.off.eq(at_door & ~control.substate[1]),  # it stands
             accessories.restart.eq(at_door & control.substate.all()),
-            accessories.release.eq(control.state == GCodeState.IDLE),
-            accessories.coolant.eq(wanted.flood | wanted.mist),
+            # As long as one is to be on it is turned on by a restart alone.
+            accessories.release.eq(renewed | ~(accessories.spindle | accessories.coolant)),
+            accessories.coolant.eq(overrides.coolant), accessories.laser.eq(flags.laser),
             control.restarted.eq(accessories.restarted),
-            # A laser must not burn where it stands while the coolant starts.
-            overrides.spindle_off.eq(accessories.spindle_off | (accessories.restart & flags.laser)),
+            overrides.spindle_off.eq(accessories.spindle_off),
             overrides.coolant_off.eq(accessories.coolant_off),
         ]
         if not thesis:  # there a spindle is what keeps the motors on
-            m.d.comb += accessories.spindle.eq(
-                (wanted.clockwise | wanted.counter_clockwise) & ~flags.laser)
+            m.d.comb += accessories.spindle.eq(self._spins(motion))
         m.d.comb += [gate.settling.eq(settling), homing.begins.eq(settling),
                      homing.moving.eq(control.moving)]
         pausing = Signal()  # the control holds since the program pauses
@@ -750,6 +754,10 @@ class GCode(MachineComponent):
     def _sent(self, m: Module, said: stream.Interface) -> stream.Interface:
         """Return the bytes to be sent, of those that the machine says."""
         return said
+
+    def _spins(self, motion: BlockMotion) -> Value:
+        """Return that the program has turned the spindle on."""
+        return motion.outputs.clockwise | motion.outputs.counter_clockwise
 
     def _tools(self, m: Module, outputs) -> None:
         """Switch spindle and coolant."""
@@ -947,7 +955,8 @@ class GCode(MachineComponent):
         """Give a probing what it needs to know, and list where the probe touched."""
         m.d.comb += [
             probing.contact.eq(contact), probing.checking.eq(checks),
-            probing.idle.eq(motion.idle & ~settling),
+            # It neither begins nor finds its end in a hold, or behind an open door.
+            probing.idle.eq(motion.idle & ~settling & ~control.hold),
             # A report that is under way takes where the axes are, not where the probe touched.
             probing.standing.eq(motion.still & ~planner.report),
             probing.begins.eq(settling), probing.listed.eq(lister.done),

@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from math import ceil, floor, hypot, sqrt
+from types import MappingProxyType
 
 from amaranth import Cat, Const, Module, Mux, Signal, Value, signed
 from amaranth.lib import stream
@@ -258,8 +259,9 @@ class VPlotter(GCode):
     that, or after homing has failed, it takes for granted that it hangs at the place of rest.
 
     The pen touches while a command draws, after M3 and M4 until M5, and where Z is below 0; but not
-    while a command goes to a start point, in a homing cycle, an alarm, a stop or a sleep. Motors
-    turn the other way with bits 0 and 1 of $3.
+    while a command goes to a start point, in a homing cycle, an alarm, a stop or a sleep, nor
+    behind an open door, until half a second before it goes on. Motors turn the other way with bits
+    0 and 1 of $3.
 
     Parameters
     ----------
@@ -295,6 +297,8 @@ class VPlotter(GCode):
 
     settings: VPlotterSettings
     _dialect: WallDialect
+
+    restart_times = MappingProxyType({"spindle_log2": 9, "coolant_log2": 0})
 
     def __init__(self, *, settings: VPlotterSettings | None = None) -> None:
         self.settings = settings = settings or VPlotterSettings()
@@ -490,6 +494,10 @@ class VPlotter(GCode):
         right, down = homing.up
         return step | homing.tick, Mux(homing.tick.any(), Cat(right, ~down), direction)
 
+    def _spins(self, motion: BlockMotion) -> Value:
+        """Have the pen waited for, as Z and commands move it, too."""
+        return Const(1)
+
     def _tools(self, m: Module, outputs) -> None:
         """Leave out what a plotter has not: the pen is in place of a spindle."""
 
@@ -499,7 +507,7 @@ class VPlotter(GCode):
         spins = outputs.clockwise | outputs.counter_clockwise
         draws = self._touches | (spins & ~(store.flags.laser & rapid))
         m.d.sync += self.pen.eq((self._dialect.pen | (draws & ~self._dialect.lifts))
-                                & ~self._lifted)
+                                & ~self._lifted & ~overrides.spindle_off)
         power = Signal.like(Const(FULL_POWER))
         m.d.comb += power.eq(Mux(self.pen, FULL_POWER, 0))
         return power

@@ -9,7 +9,7 @@ from ..checks import in_range
 __all__ = ["AccessoryRestart"]
 
 SPINDLE_LOG2, COOLANT_LOG2 = 12, 10
-"""Of the times in ms: some 4 s and 1 s, as GRBL has them."""
+"""Of the times in ms: close to GRBL's 4 s and 1 s."""
 
 MAX_LOG2 = 16
 
@@ -18,7 +18,7 @@ class AccessoryRestart(wiring.Component):
     """Turns spindle and coolant off, and on again one after the other.
 
     First the spindle, which has a time to reach its speed, then the coolant, which has one, too.
-    What need not be waited for has none.
+    What need not be waited for has none. A laser comes on last, and has none.
 
     Parameters
     ----------
@@ -35,13 +35,15 @@ class AccessoryRestart(wiring.Component):
     restart : In(1)
         Turn them on; until `restarted`, or until ``off`` is 1 again.
     release : In(1)
-        Neither is to be off any more, as what they would be is off: from the next clock on.
+        Neither is off any more, without a wait: from the next clock on, unless ``off`` is 1.
     spindle, coolant : In(1)
         There is something to be waited for: when it is turned on.
+    laser : In(1)
+        The spindle is a laser.
     spindle_off, coolant_off : Out(1)
         It is off, whatever the program wants.
     restarted : Out(1)
-        With ``restart``: both are on, and the last of the times is over.
+        Neither is off, and the last of the times is over.
 
     Raises
     ------
@@ -55,6 +57,7 @@ class AccessoryRestart(wiring.Component):
     release: In(1)
     spindle: In(1)
     coolant: In(1)
+    laser: In(1)
     spindle_off: Out(1)
     coolant_off: Out(1)
     restarted: Out(1)
@@ -75,11 +78,14 @@ class AccessoryRestart(wiring.Component):
                      self.restarted.eq(over & ~self.spindle_off & ~self.coolant_off)]
         m.d.sync += left.eq(left - (self.beat & ~over))
         with m.If(goes):
-            m.d.sync += [self.spindle_off.eq(0), self.coolant_off.eq(self.spindle_off)]
-            with m.If(self.spindle_off & self.spindle):
-                m.d.sync += left[self.spindle_log2:].eq(0)
-            with m.If(~self.spindle_off & self.coolant_off & self.coolant):
-                m.d.sync += left[self.coolant_log2:].eq(0)
+            with m.If(self.spindle_off & ~(self.laser & self.coolant_off)):
+                m.d.sync += self.spindle_off.eq(0)
+                with m.If(self.spindle & ~self.laser):
+                    m.d.sync += left[self.spindle_log2:].eq(0)
+            with m.Else():
+                m.d.sync += self.coolant_off.eq(0)
+                with m.If(self.coolant_off & self.coolant):
+                    m.d.sync += left[self.coolant_log2:].eq(0)
         with m.If(self.release | self.off):
             m.d.sync += [self.spindle_off.eq(self.off), self.coolant_off.eq(self.off), left.eq(-1)]
         return m

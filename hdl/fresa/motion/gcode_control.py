@@ -45,8 +45,8 @@ class GCodeControl(wiring.Component):
     JOG    the same of a jog                                   IDLE, also after it was cancelled
     HOLD   slows down and stands: feed hold, program pause     IDLE by a resume, once it stands
     DOOR   the same, door open                                 RENEW by a resume, once closed
-    RENEW  what the door turned off is turned on again; shown  IDLE once `restarted`; DOOR by the
-           as DOOR                                             door
+    RENEW  what DOOR turned off is turned on again; shown as   IDLE once `restarted`; DOOR by the
+           DOOR                                                door
     ALARM  slows down or is stopped, refuses to move           IDLE by `unlock`, HOME by `home`
     CHECK  lines are checked, nothing moves                    IDLE, or START by a reset
     HOME   homing cycle; resets and alarms alone end it early  IDLE
@@ -99,7 +99,8 @@ class GCodeControl(wiring.Component):
     door : In(1)
         The door is open.
     restarted : In(1)
-        Nothing is off any more that DOOR turns off. Only looked at in RENEW.
+        Nothing is off any more that DOOR turns off. Where something is in IDLE, as after an alarm
+        that began in DOOR, it is DOOR again.
     hard_limit, emergency : In(1)
         A limit switch; the emergency stop.
     motor_fault : In(1)
@@ -224,7 +225,7 @@ class GCodeControl(wiring.Component):
 
             with m.State("IDLE"):
                 m.d.sync += door_next.eq(0)
-                with m.If(asks_door):
+                with m.If(asks_door | ~self.restarted):
                     open_door()
                 with m.Elif(asks_hold | self.pause):
                     m.next = "HOLD"

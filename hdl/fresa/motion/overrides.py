@@ -59,6 +59,8 @@ class Overrides(wiring.Component):
         In percent.
     outputs : Out(Outputs)
         What is on.
+    coolant : Out(1)
+        Flood or mist is to be on, whether it is off by ``coolant_off`` or not.
     changed : Out(1)
         A percentage has changed, or may have, or an output: for one clock, after it shows.
     """
@@ -77,6 +79,7 @@ class Overrides(wiring.Component):
     rapid: Out(OVERRIDE_BITS, init=NORMAL)
     spindle: Out(OVERRIDE_BITS, init=NORMAL)
     outputs: Out(Outputs)
+    coolant: Out(1)
     changed: Out(1)
 
     def elaborate(self, platform) -> Module:
@@ -133,19 +136,22 @@ class Overrides(wiring.Component):
             m.d.sync += stopped.eq(1)
         with m.Elif(self.standing & self.command & (self.code == RealtimeCode.SPINDLE_STOP.value)):
             m.d.sync += stopped.eq(~stopped)
-        program = self.program
+        program, wanted = self.program, []
         for which, switched, mine in ((RealtimeCode.FLOOD, flooded, program.flood),
                                       (RealtimeCode.MIST, misted, program.mist)):
             before = Signal(name=f"{which.name.lower()}_before")
             m.d.sync += before.eq(mine)
-            m.d.comb += self.outputs[which.name.lower()].eq(
-                (mine ^ (switched & (before == mine))) & ~self.coolant_off)
+            on = Signal(name=f"{which.name.lower()}_on")
+            wanted.append(on)
+            m.d.comb += [on.eq(mine ^ (switched & (before == mine))),
+                         self.outputs[which.name.lower()].eq(on & ~self.coolant_off)]
             with m.If((before != mine) | self.restore):
                 m.d.sync += switched.eq(0)
             with m.Elif(self.switches & self.command & (self.code == which.value)):
                 m.d.sync += switched.eq(~switched)
         off = stopped | self.spindle_off
         m.d.comb += [
+            self.coolant.eq(Cat(wanted).any()),
             self.outputs.clockwise.eq(program.clockwise & ~off),
             self.outputs.counter_clockwise.eq(program.counter_clockwise & ~off),
         ]

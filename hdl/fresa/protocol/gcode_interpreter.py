@@ -206,7 +206,7 @@ class GCodeInterpreter(wiring.Component):
                 begun & ~awaits, converter.address, self.shown_address))),
             store.data.eq(Mux(stores, value, converter.data)),
             store.operand_address.eq(self.operand_address), self.operand.eq(store.operand),
-            self.shown.eq(converter.data), converter.divide.eq(self.divide),
+            self.shown.eq(converter.data), converter.divide.eq(self.divide & ~stores),
             converter.division.eq(self.division), self.divided.eq(converter.divided),
         ]
 
@@ -232,7 +232,10 @@ class GCodeInterpreter(wiring.Component):
                     compute(following, then)
 
         # The value is of no interest unless it is stored.
-        places = ~begun & self.position.valid
+        # No position is stored while a word is read for a list.
+        rests = Signal()
+        m.d.comb += rests.eq(~(self.divide & ~self.divided))
+        places = rests & ~begun & self.position.valid
         m.d.sync += [stores.eq(0), value.eq(Mux(
             self.position.valid & (~begun | awaits), self.position.p.value,
             self.words.p.number.value))]
@@ -283,7 +286,8 @@ class GCodeInterpreter(wiring.Component):
             computed("CLEAR_RATES", "CLEAR_PROBED", CoordinateSum.CLEAR_PROBED)
             computed("CLEAR_PROBED", "SET_ORIGIN", CoordinateSum.SET_ORIGIN)
             with m.State("READ"):
-                m.d.comb += [self.position.ready.eq(~begun), self.words.ready.eq(read & ~places)]
+                m.d.comb += [self.position.ready.eq(rests & ~begun),
+                             self.words.ready.eq(read & ~places)]
                 m.d.sync += [offered.eq(self.words.valid & ~self.words.ready),
                              read.eq(offered & self.words.valid & ~self.words.ready)]
                 with m.If(self.words.valid):
@@ -473,8 +477,8 @@ class GCodeInterpreter(wiring.Component):
             if self.probing:
                 with m.State("PROBED"):
                     offer(GCodeActionKind.PROBED, "FLOW")
-                    m.d.comb += self.position.ready.eq(1)
-                    with m.If(self.position.valid):
+                    m.d.comb += self.position.ready.eq(rests)
+                    with m.If(self.position.valid & rests):
                         store_position()
                     with m.If(self.actions.ready):
                         m.d.sync += awaits.eq(0)

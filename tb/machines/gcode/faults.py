@@ -116,6 +116,7 @@ def _work(seed: int, count: int) -> Rows:
             s.send(b"G38.3Z-0.3\n", s.moving())
             s.tap("probe", clocks=8000)
         elif kind == 10:
+            s.send(b"M5M9\n", 2 * PLANNED)  # they would take seconds to start again
             s.move(s.moving())
             s.tap("door", clocks=8000)
             s.send(b"~", 200)

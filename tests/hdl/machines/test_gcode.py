@@ -425,7 +425,7 @@ def test_lists_say_what_the_machine_has(session):
     assert [line[1:4] for line in listed[:-1]] == [
         "G54", "G55", "G56", "G57", "G58", "G59", "G28", "G30", "G92", "TLO", "PRB"]
     assert _listed(session, "$I\n$N\n") == [
-        "[VER:1.1h.20190830:]", "[OPT:VM,63,128]",
+        "[VER:1.1h.20190830:]", "[OPT:VM+,63,128]",
         "[MSG:Settings and coordinates last until power-off]", "ok",
         "$N0=", "$N1=", "ok"]
     assert session.send("$\n")[0].startswith("[HLP:$$ $# $G $I $N ")
@@ -436,9 +436,9 @@ def test_lists_say_what_the_machine_has(session):
 
 
 @pytest.mark.parametrize(("options", "letters"), [
-    ({}, "VM"), ({"dialect": "thesis"}, ""), ({"kinematics": "corexy"}, "VMC"),
-    ({"dialect": "thesis", "kinematics": "corexy"}, "C"), ({"second_motor": "y"}, "VM2"),
-    ({"kinematics": "corexy", "second_motor": "z"}, "VMC2")])
+    ({}, "VM+"), ({"dialect": "thesis"}, ""), ({"kinematics": "corexy"}, "VMC+"),
+    ({"dialect": "thesis", "kinematics": "corexy"}, "C"), ({"second_motor": "y"}, "VM+2"),
+    ({"kinematics": "corexy", "second_motor": "z"}, "VMC+2")])
 def test_letters_of_the_build(options, letters):
     assert GCodeSettings(**options).options == letters
 
@@ -626,6 +626,38 @@ def test_a_door_that_closes_is_no_reset_of_what_an_alarm_turned_off(session):
         session.read()
         assert session.send("M3S500M8\n") == ["ok"]
         assert tools(session) == (1, 1)
+
+
+@pytest.mark.parametrize(("tool", "resumes"), [("M3S500M8", False), ("$32=1\nM3S500M8", True)])
+def test_an_alarm_of_a_probing_behind_the_door_turns_nothing_on(session, tool, resumes):
+    """A probing that would not move waits until the door is closed, and all is on again."""
+    session.send(f"{tool}\n\x84", wait=False)
+    session.engine.set(probe=1)
+    session.run(20_000)
+    session.send("G38.2Z-1F100\n", wait=False, read=False)
+    if resumes:
+        session.send("~", wait=False, read=False)
+    session.run(200_000)
+    assert (session.engine.get("spindle"), session.engine.get("alarm")) == (0, 0)
+    session.read()
+    session.send("~", wait=False, read=False)
+    session.run(5300 * SETTINGS.clock // 1000)
+    assert session.read()[0] == "ALARM:4"
+    assert tools(session) == (1, 1)
+
+
+def test_coolant_that_is_switched_by_hand_is_waited_for(session):
+    ms = SETTINGS.clock // 1000
+    session.send("\xa0\x84", wait=False)
+    session.run(20_000)
+    assert tools(session) == (0, 0)
+    session.send("~", wait=False)
+    assert (tools(session), session.state()[0]) == ((0, 1), "Door:3")
+    session.run(1030 * ms)
+    assert session.state()[0] == "Idle"
+    session.send("M8\n\xa0\x84", wait=False)
+    session.run(20_000)
+    assert session.send("~?", wait=False)[-1].startswith("<Idle|")
 
 
 def test_a_laser_is_off_in_a_hold_and_turned_on_by_its_command(session):

@@ -415,7 +415,7 @@ class TestSettings:
 @compiled
 @pytest.mark.long
 def test_letters_of_the_build_have_none_of_coolant():
-    assert SETTINGS.options == "V"
+    assert SETTINGS.options == "V+"
 
 
 def test_a_place_of_rest_at_edges_is_within_the_limits():

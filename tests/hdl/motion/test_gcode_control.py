@@ -143,9 +143,9 @@ def test_door_stays_until_it_is_closed(engine):
 
 
 def test_behind_the_door_it_waits_for_what_was_turned_off(engine):
-    machine = Machine(engine, restarted=0)
+    machine = Machine(engine)
     machine.run(8, moving=1)
-    machine.run(8, door=1)
+    machine.run(8, door=1, restarted=0)
     machine.run(1, door=0)
     assert machine.command(RealtimeCode.RESUME, 8) == "DOOR:3"
     assert machine.command(RealtimeCode.HOLD, 8) == "DOOR:3"
@@ -155,6 +155,15 @@ def test_behind_the_door_it_waits_for_what_was_turned_off(engine):
     assert machine.command(RealtimeCode.RESUME, 8) == "DOOR:3"
     assert machine.run(2, restarted=1) == "RUN"
     assert machine.messages == [GCodeMessage.GREETING, *[GCodeMessage.CHECK_DOOR] * 3]
+
+
+def test_what_is_still_off_behind_an_alarm_is_turned_on_by_a_resume_alone(engine):
+    machine = Machine(engine)
+    machine.run(8, door=1, restarted=0)
+    assert machine.run(8, failure=4) == "ALARM"
+    assert machine.run(8, unlock=1, door=0) == "DOOR:0"
+    assert machine.command(RealtimeCode.RESUME, 8) == "DOOR:3"
+    assert machine.run(2, restarted=1) == "IDLE"
 
 
 def test_reset_slows_down_and_keeps_the_position(engine):
