@@ -202,6 +202,11 @@ DIAGRAMS = (
         "inputs: command code standing held restore outputs: feed rapid spindle "
         "outputs.clockwise changed", 22, 47, radix=("code=hex",)),
     Diagram(
+        "accessory-restart",
+        "With beats in all clocks: the spindle is turned on and has 4 of them, but is turned off "
+        "again; then it has them, and the coolant 2.",
+        "inputs: off restart outputs: spindle_off coolant_off restarted inside: dut.left", 0, 16),
+    Diagram(
         "block-motion",
         "The first line begins: its steps come ever closer.",
         "inputs: words_valid words_ready made outputs: still idle step direction", 0, 6000),

@@ -22,8 +22,8 @@ def g_code_control(run: Run) -> str:
         await ctx.tick()
 
     async def test(ctx):
-        ctx.set(dut.standing, 1)
-        ctx.set(dut.messages.ready, 1)
+        for pin in dut.standing, dut.restarted, dut.messages.ready:
+            ctx.set(pin, 1)
         await ctx.tick()
         run.see(ctx, dut, state=GCodeState.IDLE.value, hold=0)
         ctx.set(dut.moving, 1)
