@@ -354,6 +354,25 @@ class TestHoming:
         session.run(100_000)
         assert session.engine.get("pen") == 0
 
+    @pytest.mark.parametrize("on", ["M3", "G0Z-1"])
+    def test_the_pen_is_off_behind_an_open_door_and_on_again_before_it_goes_on(self, session, on):
+        ms = SETTINGS.clock // 1000
+        home(session)
+        assert session.ask(on, "ok") == b"ok\r\n"
+        session.run(100_000)
+        session.rest(2_000_000)
+        session.send("\x84G1X40F600\n")
+        session.run(40_000)
+        assert session.engine.get("pen", "moving") == (0, 1)
+        session.send("~")
+        session.run(400 * ms)
+        stands = where(session)
+        assert session.engine.get("pen") == 1
+        session.run(20 * ms)
+        assert where(session) == stands
+        session.run(200 * ms)
+        assert where(session) != stands
+
     def test_a_stop_takes_the_pen_off_while_it_draws(self, session):
         home(session)
         session.send(":I00200020\n")
