@@ -145,7 +145,8 @@ def describe(c: Contract, dut: GCodeInterpreter) -> None:
     c.implication("position-before-item", "No item is taken in the clock of a position.",
                   when=position.valid & position.ready, then=~words.ready)
     store = c.part("coordinates")
-    c.assume(~dut.divide | (state("READ") & ~begun) | touches)
+    # A list is of a line that no other follows yet.
+    c.assume(~dut.divide | touches | (state("READ") & ~begun & ~words.valid & ~dut.erase))
     c.assume(~c.past(dut.divide & ~dut.divided & ~c.rst) | dut.divide)
     c.assume(~c.past(dut.divide & ~c.rst) | ~dut.divide
              | (Value.cast(dut.division) == c.past(Value.cast(dut.division))))
