@@ -176,7 +176,8 @@ def _work(seed: int, count: int, built: VPlotterSettings) -> Rows:
             s.move(s.moving())
             s.tap("door")
             s.hold(16_000)
-            s.send(b"~", 200)
+            s.send(b"\x18", 2000)  # behind a resume the pen would take half a second
+            s.unlock()
         else:
             s.reset_all()
         s.rest()
