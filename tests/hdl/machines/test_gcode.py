@@ -29,6 +29,8 @@ STEPS = 80
 SETTINGS = GCodeSettings(
     clock=2_500_000, baud=125_000, steps_per_mm=(Fraction(STEPS), Fraction(40), Fraction(250)),
     max_rate=(Fraction(6000),) * 3, acceleration=(Fraction(1000),) * 3)
+SECOND = SETTINGS.clock
+MS = SECOND // 1000
 
 
 class Session:
@@ -555,7 +557,6 @@ def long_report(session) -> str:
 
 
 def test_an_open_door_turns_spindle_and_coolant_off_and_they_start_one_after_the_other(session):
-    ms = SETTINGS.clock // 1000
     session.send("M3S500M8\n")
     session.send("G1X4F6000\n", wait=False)
     session.run(20_000)
@@ -574,7 +575,7 @@ def test_an_open_door_turns_spindle_and_coolant_off_and_they_start_one_after_the
     session.send("~", wait=False)
     assert tools(session) == (1, 0)
     assert long_report(session).startswith("<Door:3|")
-    session.run(1000 * ms)
+    session.run(1000 * MS)
     session.engine.set(door=1)
     session.run(10_000)
     assert tools(session) == (0, 0)
@@ -582,16 +583,23 @@ def test_an_open_door_turns_spindle_and_coolant_off_and_they_start_one_after_the
     session.engine.set(door=0)
     session.run(1000)
     session.send("~", wait=False)
-    session.run(4050 * ms)
+    session.run(4050 * MS)
     assert (tools(session), long_report(session)[:7]) == ((1, 0), "<Door:3")
-    session.run(100 * ms)
+    session.run(100 * MS)
     assert (tools(session), long_report(session)[:7]) == ((1, 1), "<Door:3")
-    session.run(900 * ms)
+    session.run(900 * MS)
     assert session.position == stands
-    session.run(200 * ms)
+    session.run(200 * MS)
     assert tools(session) == (1, 1)
     session.send("")
     assert session.at(4, 0, 0)
+
+
+def open_door(session, before: str) -> None:
+    """Send lines, then have the door open by its command, until both are off."""
+    session.send(f"{before}\x84", wait=False)
+    session.run(20_000)
+    assert tools(session) == (0, 0)
 
 
 def test_each_opening_of_the_door_is_said(session):
@@ -605,13 +613,10 @@ def test_each_opening_of_the_door_is_said(session):
     assert session.send("~?", wait=False)[0].startswith("<Idle|")
 
 
-def test_a_door_that_closes_is_no_reset_of_what_an_alarm_turned_off(session):
-    """What the door turned off stays so where the machine is stopped, or reset, meanwhile."""
+def test_what_the_door_turned_off_stays_so_behind_a_reset_and_a_stop(session):
     session.send("M3S500M8\n")
     for cause in "\x18", "":
-        session.send("\x84", wait=False)
-        session.run(20_000)
-        assert tools(session) == (0, 0)
+        open_door(session, "")
         session.on.clear()
         if not cause:
             session.engine.set(stop=1)
@@ -641,23 +646,37 @@ def test_an_alarm_of_a_probing_behind_the_door_turns_nothing_on(session, tool, r
     assert (session.engine.get("spindle"), session.engine.get("alarm")) == (0, 0)
     session.read()
     session.send("~", wait=False, read=False)
-    session.run(5300 * SETTINGS.clock // 1000)
+    session.run(5300 * MS)
     assert session.read()[0] == "ALARM:4"
     assert tools(session) == (1, 1)
 
 
 def test_coolant_that_is_switched_by_hand_is_waited_for(session):
-    ms = SETTINGS.clock // 1000
-    session.send("\xa0\x84", wait=False)
-    session.run(20_000)
-    assert tools(session) == (0, 0)
+    open_door(session, "\xa0")
     session.send("~", wait=False)
     assert (tools(session), session.state()[0]) == ((0, 1), "Door:3")
-    session.run(1030 * ms)
+    session.run(1030 * MS)
     assert session.state()[0] == "Idle"
-    session.send("M8\n\xa0\x84", wait=False)
-    session.run(20_000)
+    open_door(session, "M8\n\xa0")
     assert session.send("~?", wait=False)[-1].startswith("<Idle|")
+
+
+@pytest.mark.parametrize("lines", ["G38.2X1F100\n", "$C\n"])
+def test_a_door_is_not_looked_at_in_an_alarm_and_check_mode(session, lines):
+    session.send("M3S500M8\n")
+    session.engine.set(probe=1)
+    session.run(1000)
+    session.send(lines, wait=False)
+    session.engine.set(door=1)
+    session.run(20_000)
+    assert "[MSG:Check Door]" not in session.read()
+    assert tools(session) == (1, 1)
+
+
+def test_coolant_is_switched_in_a_jog(session):
+    session.send(JOG.format(4, 3000), wait=False)
+    session.send("\xa0", wait=False)
+    assert (session.state()[0], tools(session)) == ("Jog", (0, 1))
 
 
 def test_a_laser_is_off_in_a_hold_and_turned_on_by_its_command(session):
@@ -677,15 +696,12 @@ def test_a_laser_is_off_in_a_hold_and_turned_on_by_its_command(session):
 
 
 def test_a_laser_does_not_burn_while_the_coolant_starts(session):
-    ms = SETTINGS.clock // 1000
-    session.send("$32=1\nM3S500M8\n\x84", wait=False)
-    session.run(20_000)
-    assert tools(session) == (0, 0)
+    open_door(session, "$32=1\nM3S500M8\n")
     session.send("~", wait=False)
     assert tools(session) == (0, 1)
-    session.run(1000 * ms)
+    session.run(1000 * MS)
     assert tools(session) == (0, 1)
-    session.run(50 * ms)
+    session.run(50 * MS)
     assert tools(session) == (1, 1)
 
 
@@ -973,9 +989,6 @@ def share(session: Session, pin: str, clocks: int) -> float:
     return (on + (session.engine.clock - at) * level) / clocks
 
 
-SECOND = SETTINGS.clock
-
-
 class TestSpindle:
     @pytest.mark.parametrize(("speed", "duty"), [(0, 0), (1, 1 / 256), (250, 0.25), (5000, 1)])
     def test_duty_follows_the_speed(self, session, speed, duty):
@@ -1212,7 +1225,7 @@ class TestOverrides:
         session.engine.set(door=0)
         session.send("~", wait=False)
         assert session.engine.get("spindle") == 1
-        session.run(4100 * SETTINGS.clock // 1000)
+        session.run(4100 * MS)
         session.send("!", wait=False)
         session.run(20_000)
         assert session.engine.get("spindle") == 1
