@@ -10,6 +10,7 @@ import pytest
 from fresa.arithmetic import Line, arc_formulas
 from fresa.arithmetic.arc import REGISTERS, TABLES
 from fresa.arithmetic.line import CORNER
+from fresa.motion import SpeedProfile
 from tb.boards import component
 from tb.engines import AmaranthEngine, CXXRTLEngine
 from tb.models.arc import PLANES, ArcPath, verdict
@@ -134,6 +135,7 @@ def compare(machine: Machine, path: ArcPath, feed: int, before: list[int]) -> No
     ticks, gain = machine.get("ticks"), 2 * acceleration * path.length
     assert near(machine.pair("gain"), max(128, gain), part=part, off=1 << ticks)
     assert machine.pair("energy") == machine.pair("gain") >> ticks >= 2
+    assert machine.pair("gain") < 1 << SpeedProfile().brake_bits
     modulus = machine.pair("modulus")
     assert near(modulus, path.length * line.clock * 2**16 / 2**ticks, part=part, off=1)
     finest = path.length * 64 < 1 << ticks + 1  # of 2**-5 nm at most

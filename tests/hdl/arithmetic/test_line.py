@@ -10,6 +10,7 @@ import pytest
 
 from fresa.arithmetic import Line, line_formulas
 from fresa.arithmetic.line import CORNER, REGISTERS, TABLES
+from fresa.motion import SpeedProfile
 from tb.boards import component
 from tb.engines import AmaranthEngine, CXXRTLEngine
 from tb.models.formulas import AXES, SIZE, FormulaModel
@@ -90,6 +91,7 @@ def check(machine: Machine, start: list[int], end: list[int], before: list[int],
     assert machine.pair("energy") == machine.pair("gain") >> ticks
     assert machine.pair("gain") == machine.pair("energy") << ticks
     assert machine.pair("gain") in Bounds(gain * small - (1 << ticks), gain)
+    assert machine.pair("gain") < 1 << SpeedProfile().brake_bits
     if speed:
         modulus = path.length * line.clock * (1 << 16) / (1 << ticks)
         assert machine.pair("modulus") in Bounds(modulus * small - 1, modulus)
@@ -163,6 +165,14 @@ class TestTables:
         check(machine, [0, 0, 0], list(end), before, 10**7)
         if way == 1 and not any(turned):
             assert machine.pair("junction") == BEYOND
+
+    def test_the_energy_of_the_longest_path_is_what_a_profile_takes(self):
+        machine = Machine(Line(speeds=[2**31 - 1] * 3, accelerations=[2**34 - 1] * 3))
+        machine.set(feed=10**9, override=100 << 28,
+                    **{f"from_{axis}": -CORNER for axis in AXES},
+                    **{f"to_{axis}": CORNER for axis in AXES})
+        machine.run("line")
+        assert machine.pair("gain").bit_length() == SpeedProfile().brake_bits
 
 
 class TestPositions:
