@@ -2,11 +2,13 @@
 
 import re
 from collections.abc import Callable
+from unittest.mock import patch
 from weakref import WeakValueDictionary
 
 from amaranth import Value
 from amaranth.back import rtlil as backend
 from amaranth.hdl._ir import PortDirection
+from amaranth.hdl._nir import Value as Nets
 
 from fresa_boards.verilog import from_rtlil
 
@@ -25,9 +27,23 @@ def rtlil(design: Design) -> str:
         ports |= {name: (Value.cast(s), PortDirection.Input) for name, s in design.inputs.items()}
         ports |= {name: (Value.cast(s), PortDirection.Output)
                   for name, s in design.outputs.items()}
-        return backend.convert(design.top, name=design.name, ports=ports, emit_src=False)
+        with patch.object(backend.ModuleEmitter, "emit_memory", _emit_memory):
+            return backend.convert(design.top, name=design.name, ports=ports, emit_src=False)
 
     return _remembered(design, "rtlil", convert)
+
+
+def _emit_memory(emitter, index: int, cell) -> None:
+    """Write what a memory has at power-up by rows: Amaranth makes an object of each bit."""
+    width, bits = cell.width, cell.width * cell.depth
+    rows = "".join(f"{row & (1 << width) - 1:0{width}b}" for row in reversed(cell.init))
+    emitter.builder.cell(
+        "$meminit_v2", src_loc=cell.src_loc,
+        parameters={"MEMID": emitter.memories[index].memid, "ABITS": 0, "WIDTH": width,
+                    "WORDS": cell.depth, "PRIORITY": 0},
+        ports={"ADDR": emitter.sigspec(),
+               "DATA": f"{bits}'{rows}" if bits else emitter.sigspec(),
+               "EN": emitter.sigspec(Nets.ones(width))})
 
 
 def verilog(design: Design) -> str:

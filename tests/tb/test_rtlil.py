@@ -7,7 +7,11 @@ import linecache
 import types
 
 import pytest
+from amaranth import Cat, Module, Value, signed, unsigned
 from amaranth.back import rtlil
+from amaranth.hdl._ir import PortDirection
+from amaranth.lib import data, memory, wiring
+from amaranth.lib.wiring import In, Out
 
 from fresa import drive, motion, protocol
 from tb.boards import component
@@ -74,6 +78,35 @@ def toy(source: str) -> str:
 def changed(old: str, new: str) -> str:
     assert SOURCE.count(old) == 1
     return SOURCE.replace(old, new)
+
+
+class Memories(wiring.Component):
+    """Memories of several shapes, one with nothing in it."""
+
+    def __init__(self):
+        super().__init__({"address": In(2), "read": Out(21)})
+
+    def elaborate(self, platform):
+        m = Module()
+        words = []
+        for place, (shape, init) in enumerate([
+                (1, [1, 0, 1]), (unsigned(5), [3, 31]), (signed(4), [-1, -8, 7]), (6, []), (0, [0]),
+                (data.StructLayout({"low": 3, "high": signed(2)}), [{"low": 5, "high": -2}])]):
+            m.submodules[f"part_{place}"] = part = memory.Memory(shape=shape, depth=4, init=init)
+            port = part.read_port(domain="comb")
+            m.d.comb += port.addr.eq(self.address)
+            words.append(Value.cast(port.data))
+        m.d.comb += self.read.eq(Cat(words))
+        return m
+
+
+def test_it_is_as_amaranth_writes_it():
+    design, other = (component("memories", Memories()) for _ in range(2))
+    ports = {name: (Value.cast(signal), way) for way, signals in (
+        (PortDirection.Input, {"clk": other.clk, **other.inputs}),
+        (PortDirection.Output, other.outputs)) for name, signal in signals.items()}
+    assert rtlil_of(design) == rtlil.convert(
+        other.top, name="memories", emit_src=False, ports=ports)
 
 
 REWRITTEN = {
