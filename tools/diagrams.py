@@ -481,7 +481,7 @@ DIAGRAMS = (
     Diagram(
         "g-code-setting-store",
         "$100 is read; while `trial` is 1 it reads as what may become of it; then it is written.",
-        "inputs: address write_address data trial write outputs: number value", 0, 3,
+        "inputs: address write_address data trial write outputs: number value", 0, 7,
         radix=("address=dec", "write_address=dec", "data=dec", "number=dec", "value=dec")),
     Diagram(
         "g-code-homing",
@@ -490,8 +490,8 @@ DIAGRAMS = (
         "latch place restart", 0, 130),
     Diagram(
         "g-code-probing",
-        "A line is planned, and the probe touches: `latch` keeps where. Once it stands, it begins "
-        "there and where it is, and lists it.",
+        "A line is planned; `latch` keeps where, until the probe touches. Once it stands, it "
+        "begins there and where it is, and lists it.",
         "inputs: actions_valid actions_ready idle contact standing outputs: passed_valid latch "
         "brake measures restart listing touched", 0, 27),
     Diagram(

@@ -240,7 +240,7 @@ def g_code_homing(run: Run) -> str:
 def g_code_probing(run: Run) -> str:
     """A line until the probe touches, one where it does already, one checked."""
     dut = GCodeProbing()
-    did = []
+    did, kept = [], []
 
     async def act(ctx, kind):
         ctx.set(dut.actions.payload, GCodeAction.const({
@@ -253,7 +253,9 @@ def g_code_probing(run: Run) -> str:
     async def watch(ctx):
         while True:
             listing = ctx.get(dut.listing)
-            did.extend(name for name in ("latch", "restart", "listing")
+            if ctx.get(dut.latch):
+                kept.append(ctx.get(dut.contact))
+            did.extend(name for name in ("restart", "listing")
                        if ctx.get(getattr(dut, name)))
             await ctx.tick()
             ctx.set(dut.listed, listing)
@@ -272,7 +274,8 @@ def g_code_probing(run: Run) -> str:
         for pin in dut.idle, dut.standing:
             ctx.set(pin, 1)
         await act(ctx, GCodeActionKind.PROBED)
-        run.expect("what it did", did, ["latch", "restart", "restart", "listing"])
+        run.expect("the probe as it was kept", kept[-2:], [0, 1])
+        run.expect("what it did", did, ["restart", "restart", "listing"])
         run.see(ctx, dut, touched=1, active=0)
         did.clear()
         await act(ctx, GCodeActionKind.PROBE)

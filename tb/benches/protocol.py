@@ -579,19 +579,25 @@ def g_code_setting_store(run: Run) -> str:
 
     async def test(ctx):
         at = setting_index(100)
-        for address in (dut.address, dut.known_address, dut.write_address):
+        for address in (dut.address, dut.write_address):
             ctx.set(address, at)
         ctx.set(dut.data, 160_000)
         await ctx.tick()
-        run.see(ctx, dut, number=100, decimal=1, value=80_000)
+        run.see(ctx, dut, value=80_000)
+        await ctx.tick()
+        run.see(ctx, dut, number=100, decimal=1)
         ctx.set(dut.trial, 1)
         run.see(ctx, dut, value=160_000)
+        await ctx.tick()
         ctx.set(dut.trial, 0)
+        run.see(ctx, dut, value=80_000)
+        await ctx.tick()
         ctx.set(dut.write, 1)
         await ctx.tick()
         ctx.set(dut.write, 0)
         await ctx.tick()
         run.see(ctx, dut, value=160_000)
+        await ctx.tick()
 
     run.simulate(dut, test)
     return "$100 is 80, then 160 while that is tried, and when it is written"

@@ -39,9 +39,13 @@ def describe(c: Contract, dut: GCodeProbing) -> None:
     found = dut.contact ^ wanted[1]
     seeks = c.keep(1, name="seeks")
     initial = dut.failure == AlarmCode.PROBE_INITIAL
-    without = dut.failure == AlarmCode.PROBE_CONTACT
-    c.m.d.sync += seeks.eq(~c.rst & ((seeks & ~dut.latch & ~without) | (
-        dut.active & passed.valid & passed.ready & probe)))
+    left = c.keep(range(dut.begins_within + 2), name="left")  # clocks in which a line may begin
+    ended = seeks & ~found & (left == 0) & dut.idle
+    ends = seeks & found | ended & wanted[0]
+    c.m.d.sync += [
+        left.eq(Mux(seeks, Mux(left == 0, 0, left - 1), dut.begins_within)),
+        seeks.eq(~c.rst & ((seeks & ~found & ~ended) | (
+            dut.active & passed.valid & passed.ready & probe)))]
 
     c.implication("others-pass", "Every other action passes in its clock.",
                   when=actions.valid & ~probe & ~waits,
@@ -60,20 +64,20 @@ def describe(c: Contract, dut: GCodeProbing) -> None:
                   then=probe & c.past(dut.active & ~found))
     c.implication("initial-alarm", "Otherwise nothing moves.", when=initial,
                   then=taken & probe & found & ~passed.valid)
-    c.implication("kept-at-once", "In the clock in which the probe changes it is kept where the "
-                  "axes are.", when=seeks & found, then=dut.latch)
-    c.implication("kept-once", "It is kept at no other time, but at the end of a line that may "
-                  "find nothing.", when=dut.latch,
-                  then=seeks & (found | (wanted[0] & dut.idle)))
-    c.implication("contact-alarm", "The end of another is an alarm.", when=without,
-                  then=seeks & ~found & ~wanted[0] & dut.idle)
-    c.implication("touched", "What was found is known.", when=known & c.past(dut.latch),
+    c.implication("kept", "Where the axes are is kept up to the clock in which the probe changes, "
+                  "or the line has come to its end.", when=seeks, then=dut.latch)
+    c.implication("kept-no-longer", "It is kept at no other time.", when=dut.latch, then=seeks)
+    c.implication("contact-alarm", "The end of a line that has to find something is an alarm.",
+                  when=ended & ~wanted[0], then=dut.failure == AlarmCode.PROBE_CONTACT)
+    c.implication("no-other-contact-alarm", "Nothing else is.",
+                  when=dut.failure == AlarmCode.PROBE_CONTACT, then=ended & ~wanted[0])
+    c.implication("touched", "What was found is known.", when=known & c.past(ends),
                   then=dut.touched == c.past(found))
     c.implication("touched-is-of-the-last", "It is as the last line had it, or 0 from the next on.",
                   when=known & (dut.touched != c.past(dut.touched)),
-                  then=c.past(dut.latch) | (~dut.touched & c.past(dut.active)))
+                  then=c.past(ends) | (~dut.touched & c.past(dut.active)))
     c.implication("brakes", "Then it brakes, until it begins anew.",
-                  when=known & c.past(dut.latch | (dut.brake & ~dut.restart)), then=dut.brake)
+                  when=known & c.past(ends | (dut.brake & ~dut.restart)), then=dut.brake)
 
     measured = c.keep(1, name="measured")  # it has begun where it was kept
     renewed = c.keep(1, name="renewed")  # and where it is
@@ -81,7 +85,7 @@ def describe(c: Contract, dut: GCodeProbing) -> None:
     alarmed, checked = c.keep(1, name="alarmed"), c.keep(1, name="checked")
     going = dut.active & ~c.rst & ~(taken & waits)
     c.m.d.sync += [
-        latched.eq(going & (latched | dut.latch)),
+        latched.eq(going & (latched | ends)),
         measured.eq(going & (measured | (dut.restart & dut.measures))),
         renewed.eq(going & (renewed | (dut.restart & ~dut.measures))),
         listed.eq(going & (listed | dut.listing)),
@@ -102,10 +106,6 @@ def describe(c: Contract, dut: GCodeProbing) -> None:
                   then=Mux(checked, ~dut.active, renewed & (listed ^ alarmed)))
     c.implication("checked-does-nothing", "Then it is at rest.",
                   when=checked, then=~dut.active & ~dut.brake & ~dut.restart & ~dut.latch)
-    left = c.keep(range(dut.begins_within + 2), name="left")  # clocks in which a line may begin
-    c.m.d.sync += left.eq(Mux(seeks, Mux(left == 0, 0, left - 1), dut.begins_within))
-    c.implication("seeks-no-longer", "A line that has come to its end is not waited for.",
-                  when=seeks & (left == 0) & dut.idle, then=dut.latch | without)
 
     _progress(c, dut, state, going=going, offered=offered, found=found, waits=waits,
               alarmed=alarmed)

@@ -28,7 +28,7 @@ def describe(c: Contract, dut: GCodeSettingStore) -> None:
     began, count = c.past(1), len(NUMBERS)
     watched = c.free(range(count), name="setting")
     c.assume((watched < count) & (~began | (watched == c.past(watched))))
-    c.assume((dut.address < count) & (dut.write_address < count) & (dut.known_address < count))
+    c.assume((dut.address < count) & (dut.write_address < count))
     to_it = dut.write & (dut.write_address == watched)
     written, last = c.keep(1, name="written"), c.keep(len(dut.data), name="last_written")
     with c.m.If(to_it):
@@ -43,17 +43,18 @@ def describe(c: Contract, dut: GCodeSettingStore) -> None:
                   "which it was read.", when=of_it & ~tried, then=dut.value == c.past(present))
     c.implication("tried", "One that is tried reads as what it would be.", when=tried,
                   then=dut.value == dut.data)
-    known = read & c.past(dut.known_address == watched)
+    known_at = c.past(c.past(dut.write_address))
+    is_known = c.past(began)
+    known = is_known & (known_at == watched)
     c.implication("initial", "Its first value is there for good.", when=known,
                   then=dut.initial == initial)
     c.implication("first-values", "Until it is written a setting has that.", when=of_it & ~tried
                   & ~written & known, then=dut.value == dut.initial)
-    place = c.past(dut.known_address)
-    c.implication("numbers", "Settings are in the order of their numbers.", when=read,
-                  then=dut.number == Array(NUMBERS)[place])
-    c.implication("decimals", "Lengths, rates and speeds have decimals.", when=read,
-                  then=dut.decimal == Array(each in DECIMAL for each in NUMBERS)[place])
-    c.implication("range", "The first value is in its range.", when=read,
+    c.implication("numbers", "Settings are in the order of their numbers.", when=is_known,
+                  then=dut.number == Array(NUMBERS)[known_at])
+    c.implication("decimals", "Lengths, rates and speeds have decimals.", when=is_known,
+                  then=dut.decimal == Array(each in DECIMAL for each in NUMBERS)[known_at])
+    c.implication("range", "The first value is in its range.", when=is_known,
                   then=(dut.initial >= dut.least) & (dut.initial <= dut.most))
     for port, fields in ((dut.flags, FLAGS), (dut.drive, DRIVE), (dut.spindle, SPINDLE)):
         for field, number in fields.items():

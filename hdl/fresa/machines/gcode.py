@@ -919,7 +919,6 @@ class GCode(MachineComponent):
         m.d.comb += [
             wanted.eq(planner.setting_address),
             store.address.eq(Mux(configuring | seeking, wanted, gate.address)),
-            store.known_address.eq(gate.address),
             store.write_address.eq(gate.write_address), store.data.eq(gate.data),
             store.trial.eq(gate.trial), store.write.eq(gate.write),
             planner.setting.eq(store.value), planner.soft.eq(store.flags.soft),
@@ -1003,7 +1002,7 @@ class GCode(MachineComponent):
         again = Signal.like(phase)
         m.d.comb += tick.eq(phase[-1] == 0)
         m.d.sync += [again.eq(flags.backlash_rate - clock),
-                     phase.eq(phase + Mux(tick, again, flags.backlash_rate))]
+                     phase.eq(add_choice(phase, Mux(tick, again, flags.backlash_rate)))]
         for axis, name in enumerate("xyz"):
             pending = PendingSteps()
             if axis == self.settings.second_axis:

@@ -53,7 +53,7 @@ class GCodeProbing(wiring.Component):
     brake : Out(1)
         Slow down.
     latch : Out(1)
-        Keep where the axes are, for one clock.
+        Keep where the axes are, each clock: where they are in the last is what counts.
     restart : Out(1)
         Drop what was not made, and begin, for one clock: where it was kept with ``measures``,
         otherwise where the axes are.
@@ -126,15 +126,14 @@ class GCodeProbing(wiring.Component):
                 with m.If(self.passed.ready):
                     m.next = "SEEK"
             with m.State("SEEK"):
+                m.d.comb += self.latch.eq(1)  # not only at the end, which is known late
                 with m.If(pause != 0):
                     m.d.sync += pause.eq(pause - 1)
                 with m.If(found):
-                    m.d.comb += self.latch.eq(1)
                     m.d.sync += self.touched.eq(1)
                     m.next = "BRAKE"
                 with m.Elif((pause == 0) & self.idle):
                     with m.If(silent):
-                        m.d.comb += self.latch.eq(1)
                         m.next = "BRAKE"
                     with m.Else():
                         fail(AlarmCode.PROBE_CONTACT)

@@ -120,11 +120,11 @@ class GCodeGate(wiring.Component):
         Begin a list, one clock; which; it is through, one clock.
     home, homed : Out(1), In(1)
         Begin a homing cycle, one clock; it is through, one clock.
-    address, value, number, decimal, least, most : Out(6), In(27), In(8), In(1), In(1), In(27)
+    address, value : Out(6), In(27)
         The store of settings, for reading, see :class:`GCodeSettingStore`; ``address`` is a
         register.
-    initial : In(27)
-        What the setting at ``address`` was at power-up, with its value.
+    number, decimal, least, most, initial : In(8), In(1), In(1), In(27), In(27)
+        What is known of the setting at ``write_address``, two clocks later.
     write_address, data, trial, write : Out(6), Out(27), Out(1), Out(1)
         For writing.
     configure, configured, refused : Out(1), In(1), In(1)

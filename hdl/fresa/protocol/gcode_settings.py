@@ -210,10 +210,8 @@ class GCodeSettingStore(wiring.Component):
         A setting, by its place in `SETTINGS`.
     value : Out(27)
         Its value, a clock later.
-    known_address : In(range(len(SETTINGS)))
-        A setting of which is read what is known.
     number, decimal, least, most : Out(8), Out(1), Out(1), Out(27)
-        That, a clock later. ``least`` is 0 or 1.
+        What is known of the setting at ``write_address``, two clocks later. ``least`` is 0 or 1.
     initial : Out(27)
         Its value at power-up, likewise.
     trial : In(1)
@@ -240,8 +238,7 @@ class GCodeSettingStore(wiring.Component):
         self.values = setting_values(values, second_motor=second_motor)
         super().__init__({
             "address": In(range(len(SETTINGS))), "value": Out(SETTING_BITS),
-            "known_address": In(range(len(SETTINGS))), "number": Out(8), "decimal": Out(1),
-            "least": Out(1), "most": Out(SETTING_BITS),
+            "number": Out(8), "decimal": Out(1), "least": Out(1), "most": Out(SETTING_BITS),
             "initial": Out(SETTING_BITS), "trial": In(1), "write": In(1),
             "write_address": In(range(len(SETTINGS))), "data": In(SETTING_BITS),
             "flags": Out(GCodeFlags), "drive": Out(DriveSettings), "spindle": Out(SpindleRange),
@@ -254,22 +251,23 @@ class GCodeSettingStore(wiring.Component):
             shape=SETTING_BITS, depth=len(SETTINGS), init=self.values)
         layout = data.StructLayout({"number": 8, "decimal": 1, "least": 1, "most": SETTING_BITS,
                                     "initial": SETTING_BITS})
-        m.submodules.known = known = memory.Memory(shape=layout, depth=len(SETTINGS), init=[
-            {"number": each.number, "decimal": each.decimal,
-             "least": each.least or self.bounds.get(each.number) == 0,
-             "most": self.bounds.get(each.number, each.most), "initial": value}
-            for each, value in zip(_settings(second_motor=self.second_motor), self.values,
-                                   strict=True)])
+        m.submodules.known = known = memory.Memory(
+            shape=layout, depth=len(SETTINGS), attrs={"ram_style": "block"}, init=[
+                {"number": each.number, "decimal": each.decimal,
+                 "least": each.least or self.bounds.get(each.number) == 0,
+                 "most": self.bounds.get(each.number, each.most), "initial": value}
+                for each, value in zip(_settings(second_motor=self.second_motor), self.values,
+                                       strict=True)])
         write = values.write_port()
         read, fact = values.read_port(), known.read_port()
         tried = Signal()  # what is read
-        m.d.sync += tried.eq(self.address == self.write_address)
+        facts = Signal(layout, reset_less=True)  # a register behind the memory
+        m.d.sync += [tried.eq(self.address == self.write_address), facts.eq(fact.data)]
         m.d.comb += [
-            read.addr.eq(self.address), fact.addr.eq(self.known_address),
+            read.addr.eq(self.address), fact.addr.eq(self.write_address),
             self.value.eq(Mux(tried & self.trial, self.data, read.data)),
-            self.number.eq(fact.data.number), self.decimal.eq(fact.data.decimal),
-            self.least.eq(fact.data.least), self.most.eq(fact.data.most),
-            self.initial.eq(fact.data.initial),
+            self.number.eq(facts.number), self.decimal.eq(facts.decimal),
+            self.least.eq(facts.least), self.most.eq(facts.most), self.initial.eq(facts.initial),
             write.addr.eq(self.write_address), write.data.eq(self.data), write.en.eq(self.write),
         ]
         for port, name, number in ((getattr(self, port), name, number)

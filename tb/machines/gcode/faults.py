@@ -32,7 +32,8 @@ OF_MEMORIES = (
     "buffer.fetch__data", "interpreter.coordinates.read__data", "interpreter.coordinates.fetched",
     "motion.nominal.read__data", "motion.queue.read__data", "planner.following__data",
     "planner.formulas.following__data", "planner.formulas.read__data", "planner.show__data",
-    "reporter.texts.fetch__data", "settings.fact__data", "settings.$signature__data")
+    "reporter.texts.fetch__data", "settings.fact__data", "settings.facts",
+    "settings.$signature__data")
 """Registers that memories have at their outputs: block RAM gives something in every clock."""
 
 OF_WALK = (

@@ -28,6 +28,8 @@ class Machine:
     def __init__(self, engine, rng: random.Random, *, contact: int, checking: int = 0) -> None:
         self.engine, self.rng = engine, rng
         self.did: list[str] = []
+        self.clocks = 0
+        self.kept = self.changed = 0  # the clocks in which it was last kept, and the probe changed
         self.alarms: list[AlarmCode] = []
         self.way = 0  # clocks that the line goes on
         self.changes: int | None = None  # clocks until the probe does, once a line is made
@@ -55,11 +57,14 @@ class Machine:
             self.changes -= 1
             if not self.changes:
                 self.contact, self.changes = 1 - self.contact, None
+                self.changed = self.clocks + 1
         self.way = min(self.way, 5) if brake else self.way
         self.way = max(0, self.way - 1)
         self.begins, self.lists = max(0, self.begins - 1), max(0, self.lists - 1)
         if latch:
-            self.did.append("keep")
+            self.kept = self.clocks
+            if self.did[-1:] != ["keep"]:
+                self.did.append("keep")
         if restart:
             self.did.append("begin there" if measures else "begin here")
             assert not self.way
@@ -71,6 +76,7 @@ class Machine:
         if failure:
             self.alarms.append(AlarmCode(failure))
         engine.run(1)
+        self.clocks += 1
         return bool(taken)
 
     def act(self, kind: GCodeActionKind, motion: GCodeMotion) -> None:
@@ -95,6 +101,7 @@ def test_what_it_finds(probing, code, seed):
     machine.changes = machine.rng.randint(1, 35)
     machine.probe(code)
     assert machine.did == ["keep", "begin there", "begin here", "list"]
+    assert machine.kept == machine.changed
     assert (machine.alarms, machine.planned) == ([], [GCodeActionKind.PROBE.value])
     assert probing.get("touched") == 1
 
@@ -107,7 +114,7 @@ def test_what_it_does_not_find(probing, code):
         assert machine.did == ["keep", "begin there", "begin here", "list"]
         assert not machine.alarms
     else:
-        assert machine.did == ["begin here", "list"]
+        assert machine.did == ["keep", "begin here", "list"]
         assert machine.alarms == [AlarmCode.PROBE_CONTACT]
     assert probing.get("touched") == 0
 

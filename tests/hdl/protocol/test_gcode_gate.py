@@ -67,6 +67,7 @@ class Machine:
                  locked: bool = False, resting: bool = True, fastest: int = 1 << 27) -> None:
         self.engine, self.rng = engine, random.Random(seed)
         self.values = [values[each.number] for each in SETTINGS]
+        self.read = 0  # the setting of which it is known what is known a clock later
         self.fastest = fastest  # highest value of $110 that is not refused
         self.letters = ""  # those of jogs small
         self.jogs = 0
@@ -135,10 +136,11 @@ class Machine:
         if write:
             self.values[at] = data
         engine.run(1)
-        each = SETTINGS[min(address, len(SETTINGS) - 1)]
-        engine.set(value=candidate[SETTINGS.index(each)], number=each.number,
-                   decimal=each.decimal, least=each.least, most=each.most,
-                   initial=each.default)
+        last = len(SETTINGS) - 1
+        known, self.read = SETTINGS[self.read], min(at, last)
+        engine.set(value=candidate[min(address, last)], number=known.number,
+                   decimal=known.decimal, least=known.least, most=known.most,
+                   initial=known.default)
         return bool(ready)
 
     def send(self, text: str) -> None:
