@@ -101,7 +101,7 @@ class _Arcs:
         self.centre = self.start - 0.5 - self.radius * self.per * _unit(self.begin)
         self.residual = np.floor(self.start[1] * 4 * self.fine).astype(np.int64)
         self.sums = np.stack([np.floor(self.start[0] * 256).astype(np.int64),
-                              32 - (self.x >> 30)]) << 40
+                              32 - (self.x >> 30)]) << 36
         self.place = np.zeros((2, count), np.int64)
 
     def true(self, angle: NDArray, chosen: NDArray) -> NDArray:
@@ -112,10 +112,10 @@ class _Arcs:
         """Add to a channel; return the arcs of which it makes a step."""
         self.sums[channel] += np.where(active, distance, 0)
         if channel == 0:
-            place = self.sums[0] >> 48
+            place = self.sums[0] >> 44
         else:
             # Quarter steps are counted from the one of the start, and go back in a mirrored arc.
-            quarters = self.sums[1] >> 46
+            quarters = self.sums[1] >> 42
             quarters = np.where(self.clockwise, -quarters, quarters)
             place = (self.residual + quarters * self.coarse) // (4 * self.fine)
         stepped = np.flatnonzero(place != self.place[channel])

@@ -131,7 +131,7 @@ def _walk(c: Contract, dut: BlockLoader, read: Bits, word: list, count: Bits) ->
                   then=(segment.x.as_unsigned() == word[12])
                   & (segment.y.as_unsigned() == word[13])
                   & (segment.residual == word[14][:29])
-                  & (segment.turns == Mux(header.arc, Cat(word[11], word[10])[:42], 0))
+                  & (segment.turns == Mux(header.arc, Cat(word[11], word[10])[:38], 0))
                   & (segment.log2_ticks == header.log2_ticks) & (segment.arc == header.arc)
                   & (segment.clockwise == header.clockwise) & (segment.shift == header.shift)
                   & (Value.cast(segment.channel) == Value.cast(header.channel)))

@@ -45,4 +45,4 @@ def describe(c: Contract, dut: StepAccumulator) -> None:
 
 STEP_ACCUMULATOR = Component(
     make=StepAccumulator, describe=describe, depth=8,
-    cases=(Case({"width": 8}), Case({"width": 10}), Case({"width": 48}, real=True)))
+    cases=(Case({"width": 8}), Case({"width": 10}), Case({"width": 44}, real=True)))

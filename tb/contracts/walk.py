@@ -8,14 +8,14 @@ from .contract import Bits, Case, Component, Contract
 
 __all__ = ["WALK"]
 
-LOG2_TICKS = 40
+LOG2_TICKS = 36
 
 
 def describe(c: Contract, dut: PathWalk) -> None:
     """Lines add exactly their increment, no half turn is lost, and blocks end where planned.
 
-    A tick of a line adds its increment in 1/256 step, shifted by ``40 - log2_ticks``, which is in
-    2**-48 step. So ``2**log2_ticks`` ticks add exactly the increment: that sum, less a step for
+    A tick of a line adds its increment in 1/256 step, shifted by ``36 - log2_ticks``, which is in
+    2**-44 step. So ``2**log2_ticks`` ticks add exactly the increment: that sum, less a step for
     each that is made, is the fraction (contract of the accumulator).
     """
     segment, valid, ready = dut.segments.payload, dut.segments.valid, dut.segments.ready
@@ -56,8 +56,8 @@ def _lines(c: Contract, dut: PathWalk, shifting: Bits, full: Bits) -> None:
     begins = shifting & ~c.past(shifting)
     doubles = c.past(shifting & (exponent != LOG2_TICKS) & ~c.rst)
     changed = c.past(c.signal("changes")[9])
-    c.implication("ends-at-40", "What is prepared is shifted by 40 bits less the logarithm of the "
-                  "ticks: it starts at that and ends at 40, a bit a clock.",
+    c.implication("ends-at-36", "What is prepared is shifted by 36 bits less the logarithm of the "
+                  "ticks: it starts at that and ends at 36, a bit a clock.",
                   when=full | begins | doubles,
                   then=Mux(full, exponent == LOG2_TICKS, Mux(
                       begins, exponent == segment.log2_ticks,

@@ -49,13 +49,13 @@ def _arc_ends(arcs: Sequence[Walked], fine: NDArray, coarse: NDArray) -> NDArray
     x, y, shift, clockwise, turns, start, residual = (np.array(values, np.int64) for values in zip(
         *((arc.x, arc.y, arc.shift, arc.clockwise, arc.turns, arc.start[0], arc.residual)
           for arc in arcs), strict=True))
-    begin = np.stack([start, (32 - (x >> 30)) % 256]) << 40
+    begin = np.stack([start, (32 - (x >> 30)) % 256]) << 36
     sums = begin.copy()
     for turn, (channel, distance) in enumerate(
             half_turns(x, y, shift, clockwise, int(turns[-1]))):
         ended = np.searchsorted(turns, turn, side="right")
         sums[channel, ended:] += distance[ended:]
     # Quarter steps of v are counted from that of the start, and go back in a mirrored arc.
-    quarters = (sums[1] >> 46) - (begin[1] >> 46)
+    quarters = (sums[1] >> 42) - (begin[1] >> 42)
     quarters = np.where(clockwise, -quarters, quarters)
-    return np.stack([sums[0] >> 48, (residual + quarters * coarse) // (4 * fine)], axis=1)
+    return np.stack([sums[0] >> 44, (residual + quarters * coarse) // (4 * fine)], axis=1)

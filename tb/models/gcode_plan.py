@@ -142,7 +142,7 @@ class Planner:
         # 2 to 4 clocks a tick, at top speed, but 2**-7 nm at least
         shift, slow = 72 - scaled.bit_length(), 36 - speed.bit_length()
         ticks = slow + 28 - shift - ((scaled << shift) >> 36 < speed << slow)
-        ticks = min(min(ticks, 42) - exponent, 40)
+        ticks = min(min(ticks, 42) - exponent, 36)
         energy = gain >> ticks
         gain = energy << ticks
         limit = min(self._junction(unit), nominal, self.nominal)

@@ -58,12 +58,12 @@ def turn_ticks(turns: int, log2_ticks: int) -> Iterator[int]:
 
 
 def half_turns(x: Any, y: Any, shift: Any, clockwise: Any, turns: int) -> Iterator[tuple[int, Any]]:
-    """Yield the channel that each half turn moves, 0 or 1, and how far, in 2**-48 step.
+    """Yield the channel that each half turn moves, 0 or 1, and how far, in 2**-44 step.
 
     Channel 1 is that of a counter-clockwise arc: a clockwise one is its mirror image. The numbers
     may be arrays, of many arcs.
     """
-    x, y = x << 11, y << 11
+    x, y = x << 7, y << 7
     y = y ^ -clockwise
     for turn in range(turns):
         if turn % 2 == 0:
@@ -96,7 +96,7 @@ class _ArcModel:
     def __init__(self, segment: Walked, fine: int, coarse: int) -> None:
         self.ratio = RatioModel(segment.residual, fine, coarse)
         self.clockwise = segment.clockwise
-        self.place = [segment.start[0] << 40, (32 - (segment.x >> 30)) % 256 << 40]
+        self.place = [segment.start[0] << 36, (32 - (segment.x >> 30)) % 256 << 36]
         self.turns = half_turns(segment.x, segment.y, segment.shift, segment.clockwise,
                                 1 << 62)
 
@@ -106,8 +106,8 @@ class _ArcModel:
         before = self.place[channel]
         self.place[channel] = after = before + distance
         if channel == 0:
-            return 0, (after >> 48) - (before >> 48)
-        quarters = (after >> 46) - (before >> 46)
+            return 0, (after >> 44) - (before >> 44)
+        quarters = (after >> 42) - (before >> 42)
         if not quarters:
             return 1, 0
         return 1, self.ratio.quarter((quarters > 0) != self.clockwise)
@@ -222,7 +222,7 @@ class PathWalkModel:
 
     def _change(self, now: int, valid: int, segment: Walked, ended: bool) -> None:
         if self.prepared is None and now >= self.free and valid:
-            self.prepared = now + 42 - segment.log2_ticks
+            self.prepared = now + 38 - segment.log2_ticks
         elif self.prepared is not None and now >= self.prepared and (ended or not self.running):
             self.segment, self.running, self.ticks = segment, 1, 0
             self.turn_ticks = turn_ticks(segment.turns, segment.log2_ticks)
@@ -239,11 +239,11 @@ class PathWalkModel:
             self.delayed.remove(now)
             for channel in (2,) if self.line.arc else (0, 1, 2):
                 before = self.places[channel]
-                self.places[channel] += self.line.increment[channel] << 40 - self.line.log2_ticks
-                self._step(now + 1, channel, (self.places[channel] >> 48) - (before >> 48))
+                self.places[channel] += self.line.increment[channel] << 36 - self.line.log2_ticks
+                self._step(now + 1, channel, (self.places[channel] >> 44) - (before >> 44))
         if now in self.lines:
             self.line = self.lines.pop(now)
-            self.places = [start << 40 for start in self.line.start]
+            self.places = [start << 36 for start in self.line.start]
 
     def _rotate(self, now: int, fine: int, coarse: int) -> None:
         if not self.queue or self.queue[0][0] > now or now < self.rotator_free:

@@ -23,7 +23,7 @@ SQUARED = 62
 """Bits of a squared speed."""
 OVERRIDE_SHIFT = 28
 """A percentage has so many bits of 0 behind it, where it is a factor of a hundredth in 2**-8."""
-MAX_TICKS = 40
+MAX_TICKS = 36
 """Highest exponent of the number of ticks."""
 
 MAX_SPEEDS, MAX_ACCELERATIONS = (
@@ -101,7 +101,7 @@ def line_registers(depth: int) -> Registers:
     registers.another("unit_of_speed", "fastest")
     registers.word("override", init=100 << OVERRIDE_SHIFT)
     for name, value in {"1": 1, "60": 60, "1e3": 1000, "1e6": 10**6,
-                        "1e9": 10**9, "9": 9, "14": 14, "28": 28, "37": WIDTH + 1, "40": MAX_TICKS,
+                        "1e9": 10**9, "9": 9, "14": 14, "28": 28, "37": WIDTH + 1, "36": MAX_TICKS,
                         "ones": (1 << WIDTH) - 1, "half": 1 << WIDTH - 2,
                         "0.64": (16 << WIDTH) // 25,
                         "top": 1 << SQUARED - WIDTH, "top_speed": (1 << SQUARED // 2) - 1,
@@ -239,9 +239,10 @@ def nominal_rows() -> Rows:
 def tick_rows() -> Rows:
     """Split the path into 2**ticks: from the mantissas of length x clock and speed.
 
-    Those of a slow line are 2**-7 to 2**-5 nm. With the least acceleration, 1 um/s², such a tick
-    still adds 7 nm²/s² to the squared speed: without an end to that the speed would stay 0. It is
-    shorter than the shortest step, and than two half turns of the smallest arc.
+    Those of a slow line are 2**-7 to 2**-5 nm, or 2**-36 of one that is longer than a metre. With
+    the least acceleration, 1 um/s², such a tick still adds 7 nm²/s² to the squared speed: without
+    an end to that the speed would stay 0. It is shorter than the shortest step, and those of
+    2**-5 nm are than two half turns of the smallest arc.
     """
     yield "NORMALISE", "scaled", "zero", "numerator"
     yield "NORMALISE", "speed", "zero", "denominator"
@@ -252,7 +253,7 @@ def tick_rows() -> Rows:
     yield "ADD", "14", "28", "a"
     yield from least("ticks", "a", "ticks")
     yield "SUBTRACT", "ticks", "exponent", "ticks"
-    yield from least("ticks", "40", "ticks")
+    yield from least("ticks", "36", "ticks")
     yield "ADD", "ticks", "exponent", "a"
     yield "SUBTRACT", "a", "9", "a"
     yield "SHIFT_RIGHT_LONG", "scaled", "a", "modulus"

@@ -6,6 +6,7 @@ from amaranth.lib.wiring import In, Out
 
 from ..arithmetic.line import WIDTH
 from ..checks import in_range
+from ..choice import add_choice
 from ..fsm import leave_unused_codes
 from .blocks import (
     FEED_BITS,
@@ -91,7 +92,7 @@ class BlockLoader(wiring.Component):
             "blocks": In(stream.Signature(data.StructLayout({"data": WIDTH, "last": 1}))),
             "take": Out(1),
             "profile": Out(stream.Signature(data.StructLayout({
-                "energy": squares, "modulus": modulus_bits, "log2_ticks": range(41)}))),
+                "energy": squares, "modulus": modulus_bits, "log2_ticks": range(37)}))),
             "bound": Out(2), "override": Out(OverrideKind),
             "segments": Out(stream.Signature(Segment)),
             "idle": In(1), "start": In(1), "off": In(1), "ended": Out(1), "paused": Out(1),
@@ -117,8 +118,11 @@ class BlockLoader(wiring.Component):
         of_profile = {name: Signal.like(profile[name], name=name)
                       for name in ("energy", "modulus")}
         m.d.comb += [profile[name].eq(field) for name, field in of_profile.items()]
+        # A word of the profile, so that it does not wait for what is wanted.
+        reads = Signal()
         m.d.comb += [self.override.eq(header.override), self.bound.eq(Cat(
-            read & (number == which) for which in (BlockWord.FASTEST, BlockWord.HUNDREDTH)))]
+            self.blocks.valid & reads & (number == which)
+            for which in (BlockWord.FASTEST, BlockWord.HUNDREDTH)))]
 
         # The places of the three axes change places, so that the one that comes next is first.
         places = [Signal(WIDTH, name=f"place_{place}") for place in range(3)]
@@ -130,7 +134,7 @@ class BlockLoader(wiring.Component):
         m.d.comb += [change.eq(word - places[0]),
                      channel_now.eq(Array(header.channel[axis] for axis in range(3))
                                     [(number - BlockWord.PLACE)[:2]])]
-        turns = Signal(42)
+        turns = Signal.like(self.segments.p.turns)
         x, y = Signal(WIDTH), Signal(WIDTH)
         residual = Signal(29)
         new_extra = Signal(WIDTH)
@@ -196,6 +200,9 @@ class BlockLoader(wiring.Component):
         pause = Signal(range(REFRESH))
         microseconds = self._microseconds(m)
         left = Signal(WIDTH)
+        loads = Signal()
+        with m.If(loads | microseconds):
+            m.d.sync += left.eq(add_choice((~loads).replicate(WIDTH), Mux(loads, new_extra, left)))
         outputs, extra = Signal(Outputs, reset_less=True), Signal(WIDTH, reset_less=True)
         due = Signal()  # outputs wait for the end of motion
         due_outputs = Signal(Outputs)
@@ -208,7 +215,7 @@ class BlockLoader(wiring.Component):
         # In the clock in which some are set others may come, which are due.
         with m.FSM(name="loader_state") as fsm:
             with m.State("READ"):
-                m.d.comb += self.blocks.ready.eq(wanted)
+                m.d.comb += [reads.eq(1), self.blocks.ready.eq(wanted)]
                 m.d.sync += pause.eq(REFRESH - 1)
                 with m.If(read & self.blocks.p.last):
                     m.next = "SETTLE"
@@ -219,7 +226,8 @@ class BlockLoader(wiring.Component):
                 with m.If(self.profile.ready):
                     m.next = "READ"
             with m.State("SETTLE"):
-                m.d.sync += [pause.eq(pause - 1), left.eq(new_extra)]
+                m.d.sync += pause.eq(pause - 1)
+                m.d.comb += loads.eq(1)
                 with m.If(pause == 0):
                     with m.Switch(header.kind):
                         with m.Case(BlockKind.DWELL):
@@ -242,8 +250,6 @@ class BlockLoader(wiring.Component):
                 m.d.comb += self.waiting.eq(1)
                 with m.If(left == 0):
                     m.next = "TAKE"
-                with m.Elif(microseconds):
-                    m.d.sync += left.eq(left - 1)
             with m.State("PAUSE"):
                 m.d.comb += self.paused.eq(1)
                 with m.If(self.start):

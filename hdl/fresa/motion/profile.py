@@ -104,7 +104,7 @@ class SpeedProfile(wiring.Component):
         If a parameter is out of range.
     """
 
-    def __init__(self, *, speed_bits: int = 31, fraction_bits: int = 16, most_ticks_log2: int = 40,
+    def __init__(self, *, speed_bits: int = 31, fraction_bits: int = 16, most_ticks_log2: int = 36,
                  brake_bits: int = 72) -> None:
         self.speed_bits = in_range("speed_bits", speed_bits, 2, 64)
         self.fraction_bits = in_range("fraction_bits", fraction_bits, 1, 64)

@@ -58,7 +58,7 @@ class Rotator(wiring.Component):
         If a parameter is out of range.
     """
 
-    def __init__(self, *, width: int = 47, precision: int = 36) -> None:
+    def __init__(self, *, width: int = 43, precision: int = 36) -> None:
         self.width = in_range("width", width, 4, 64)
         self.precision = in_range("precision", precision, 2, self.width)
         super().__init__({

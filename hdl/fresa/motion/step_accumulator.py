@@ -45,7 +45,7 @@ class StepAccumulator(wiring.Component):
         If ``width`` is not from 8 to 64.
     """
 
-    def __init__(self, *, width: int = 48) -> None:
+    def __init__(self, *, width: int = 44) -> None:
         self.width = in_range("width", width, 8, 64)
         super().__init__({
             "load": In(1), "start": In(8), "add": In(1), "term": In(signed(self.width + 1)),

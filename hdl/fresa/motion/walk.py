@@ -10,7 +10,7 @@ from .step_ratio import StepRatio
 
 __all__ = ["WALK_DELAY", "PathWalk", "Segment"]
 
-MAX_LOG2_TICKS = 40
+MAX_LOG2_TICKS = 36
 FRACTION = MAX_LOG2_TICKS + 8  # bits of a fraction of a step
 
 WALK_DELAY = 10
@@ -31,10 +31,10 @@ class Segment(data.Struct):
     start: data.ArrayLayout(unsigned(8), 3)  # fraction of position + 1/2 step; in arcs not of v
     end: data.ArrayLayout(unsigned(2), 3)  # of each axis: position in steps at the end, modulo 4
     channel: data.ArrayLayout(unsigned(2), 3)  # of each axis: its channel; 3 is none
-    log2_ticks: unsigned(6)  # to 40
+    log2_ticks: unsigned(6)  # to 36
     arc: unsigned(1)
     clockwise: unsigned(1)
-    turns: unsigned(42)  # to 2 * ticks; 0 in a line
+    turns: unsigned(MAX_LOG2_TICKS + 2)  # to 2 * ticks; 0 in a line
     shift: unsigned(5)
     x: signed(36)  # from the centre to the start, in 2**-34 of the unit
     y: signed(36)
@@ -54,7 +54,7 @@ class PathWalk(wiring.Component):
     modulo 4. An arc may have rounded its end the other way: then a corrective step is made, one an
     axis at most, in the first clock in which the axis makes no other.
 
-    The next segment is prepared while the present one runs, which takes 42 clocks at most, and is
+    The next segment is prepared while the present one runs, which takes 38 clocks at most, and is
     taken from ``segments`` when it begins: with the first tick after the last one, or at once if
     none runs. Steps of a line come ``WALK_DELAY + 1`` clocks after their tick. By then the half
     turns of an arc before must be made, which is so if they come two clocks apart on average.
@@ -174,7 +174,7 @@ class PathWalk(wiring.Component):
                          v.add.eq(rotator.moves_v), v.term.eq(rotator.vector)]
         with m.If(segment.arc):
             # Quarter steps are rounded, hence 1/8; the first addition is of half the size, which
-            # is x / 2**48 less than what is added.
+            # is x / 2**44 less than what is added.
             m.d.comb += v.start.eq(32 - (segment.x >> 30))
 
         m.submodules.ratio = ratio = StepRatio(width=27)

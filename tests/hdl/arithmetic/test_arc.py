@@ -139,7 +139,7 @@ def compare(machine: Machine, path: ArcPath, feed: int, before: list[int]) -> No
     modulus = machine.pair("modulus")
     assert near(modulus, path.length * line.clock * 2**16 / 2**ticks, part=part, off=1)
     finest = path.length * 64 < 1 << ticks + 1  # of 2**-5 nm at most
-    assert ticks == 40 or finest or modulus < 4 * speed << 16
+    assert ticks == 36 or finest or modulus < 4 * speed << 16
     assert 4 * speed << 16 <= 2 * modulus + 2
     assert machine.get("turns") <= 2 << ticks
 

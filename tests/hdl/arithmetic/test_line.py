@@ -95,8 +95,8 @@ def check(machine: Machine, start: list[int], end: list[int], before: list[int],
     if speed:
         modulus = path.length * line.clock * (1 << 16) / (1 << ticks)
         assert machine.pair("modulus") in Bounds(modulus * small - 1, modulus)
-        assert 0 <= ticks <= 40
-        finest = min(40, 42 - 36 + max(
+        assert 0 <= ticks <= 36
+        finest = min(36, 42 - 36 + max(
             abs(to - at) for to, at in zip(end, start, strict=True)).bit_length())
         assert ticks == finest or machine.pair("modulus") < 4 * speed << 16
         assert machine.pair("energy") >= 2

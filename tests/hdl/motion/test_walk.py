@@ -24,7 +24,7 @@ class Split(wiring.Component):
     """A walk with a port for each field of the segment, since engines have 64 bits a port."""
 
     def __init__(self) -> None:
-        bits = {"log2_ticks": 6, "arc": 1, "clockwise": 1, "turns": 42, "shift": 5, "x": signed(36),
+        bits = {"log2_ticks": 6, "arc": 1, "clockwise": 1, "turns": 38, "shift": 5, "x": signed(36),
                 "y": signed(36), "residual": 29}
         for axis in range(3):
             bits |= {f"increment_{axis}": signed(34), f"start_{axis}": 8, f"end_{axis}": 2,
@@ -254,11 +254,11 @@ class TestModels:
 
     def test_line_steps_of_the_longest_line(self):
         for increment in (2**24 - 1, -2**24, 1000):
-            steps = line_steps(128, increment, 40)
+            steps = line_steps(128, increment, 36)
             assert len(steps) == abs(128 + increment >> 8)
-            assert all(step <= 2**40 for step in steps[-3:])
+            assert all(step <= 2**36 for step in steps[-3:])
             if increment == 1000:
-                assert list(steps) == [-(-(number * 256 - 128 << 40) // 1000)
+                assert list(steps) == [-(-(number * 256 - 128 << 36) // 1000)
                                        for number in range(1, 5)]
 
     def test_turn_ticks(self):
