@@ -94,9 +94,12 @@ class NominalSpeed(wiring.Component):
         bound = Signal(self.word_bits)  # a register behind the memory
         slower = Signal()
         speed = Signal(bits)
+        digits = Signal(self.word_bits)
         m.d.comb += [
             total.eq(add_choice(Cat(high, Const(0, 1)), Cat(Mux(low[0], factor, 0), Const(0, 1)))),
             speed.eq(Mux(slower, high, bound)),
+            # That which the factor becomes, so that synthesis has one choice for both.
+            digits.eq(Mux(step == limits, speed, bound)),
         ]
         m.d.sync += [step.eq(step + 1), bound.eq(read.data), slower.eq(high < bound)]
         with m.If(step != compares):
@@ -104,7 +107,7 @@ class NominalSpeed(wiring.Component):
         with m.If(step == loads):
             m.d.sync += [factor.eq(bound), low.eq(percent), high.eq(0)]
         with m.If(step == limits):
-            m.d.sync += [factor.eq(speed), low.eq(speed), high.eq(0)]
+            m.d.sync += [factor.eq(speed), low.eq(digits), high.eq(0)]
         with m.If(step >= stores):
             m.d.sync += [step.eq(0), of_running.eq(~of_running)]
             with m.If(of_running):

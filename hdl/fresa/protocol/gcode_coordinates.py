@@ -8,11 +8,12 @@ from amaranth.lib import enum, memory, wiring
 from amaranth.lib.wiring import In, Out
 
 from ..checks import in_range
+from ..choice import add_choice
 from .gcode_modes import LETTERS, AxisUse, GCodeLineState, NonModal
 
 __all__ = ["CoordinateSum", "GCodeCoordinates", "Operand"]
 
-SLICE = 16
+SLICE = 22
 """Largest number of bits of a memory."""
 
 
@@ -173,7 +174,7 @@ class GCodeCoordinates(wiring.Component):
         # A minus is an inversion and a carry: one adder does both.
         term, sum_ = Signal(self.width + 3), Signal(self.width + 3)
         m.d.comb += [term.eq(Mux(minus, ~self.fetched, self.fetched)),
-                     sum_.eq(total.as_unsigned() + term + minus)]
+                     sum_.eq(add_choice(total.as_unsigned(), term, minus))]
         with m.If(counts):
             m.d.sync += total.eq(sum_)
         with m.If(step == 7):

@@ -334,9 +334,13 @@ class GCodeReporter(wiring.Component):
         has_part, takes_part = Signal(), Signal()
         m.d.comb += has_part.eq(self.listed.valid & ~self.abandon)
         part = self.listed.p
-        with m.If(takes_part):
+        # A part is looked at before it is known whether there is one, which is far.
+        looks = Signal()
+        with m.If(looks):
             m.d.sync += [text.eq(LISTS + part.text.as_value()), code.eq(part.code),
-                         value.eq(part.value), part_open.eq(~part.ends)]
+                         value.eq(part.value)]
+        with m.If(takes_part):
+            m.d.sync += part_open.eq(~part.ends)
 
         with m.FSM(name="reporter_state") as fsm:
             with m.State("REST"):
@@ -380,7 +384,7 @@ class GCodeReporter(wiring.Component):
                         ]
                         m.next = "ASK"
                 with m.Else():
-                    m.d.comb += self.listed.ready.eq(~self.abandon)
+                    m.d.comb += [self.listed.ready.eq(~self.abandon), looks.eq(1)]
                     with m.If(has_part):
                         m.d.comb += takes_part.eq(1)
                         m.d.sync += answer_first.eq(0)
@@ -391,7 +395,7 @@ class GCodeReporter(wiring.Component):
                     m.d.sync += [text.eq(BREAK), part_open.eq(0), abandoned.eq(0)]
                     m.next = "ASK"
                 with m.Else():
-                    m.d.comb += self.listed.ready.eq(~self.abandon)
+                    m.d.comb += [self.listed.ready.eq(~self.abandon), looks.eq(1)]
                     with m.If(has_part):
                         m.d.comb += takes_part.eq(1)
                         m.next = "ASK"
