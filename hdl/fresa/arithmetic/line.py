@@ -241,8 +241,8 @@ def tick_rows() -> Rows:
 
     Those of a slow line are 2**-7 to 2**-5 nm, or 2**-36 of one that is longer than a metre. With
     the least acceleration, 1 um/s², such a tick still adds 7 nm²/s² to the squared speed: without
-    an end to that the speed would stay 0. It is shorter than the shortest step, and those of
-    2**-5 nm are than two half turns of the smallest arc.
+    an end to that the speed would stay 0. It is shorter than the shortest step, and one of
+    2**-5 nm is shorter than two half turns of the smallest arc.
     """
     yield "NORMALISE", "scaled", "zero", "numerator"
     yield "NORMALISE", "speed", "zero", "denominator"

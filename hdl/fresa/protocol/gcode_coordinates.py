@@ -138,9 +138,10 @@ class GCodeCoordinates(wiring.Component):
         stored = Signal(self.width)
         m.d.comb += operand_address.eq(Mux(writes, address, self.operand_address))
         first = [0] * Operand.SYSTEM + self.origin if any(self.origin) else []
-        # Two copies, so that each has one port, which does not read while it writes, in slices of
-        # as many bits as a RAM with such a port has: else synthesis would take one with two ports,
-        # and put a bypass around it.
+        # Two copies, so that each has one port, which does not read while it writes: else synthesis
+        # would take RAMs with two ports, and put a bypass around them. Halves of a word fit those
+        # with one port of a Spartan-3E and a Gowin. An ECP5 has 18 bits at one port, so there it
+        # does that, in a part that has room for it.
         for name, place, word in (("words", address, self.word),
                                   ("operands", operand_address, self.operand)):
             for low in range(0, self.width, SLICE):
