@@ -239,10 +239,10 @@ def nominal_rows() -> Rows:
 def tick_rows() -> Rows:
     """Split the path into 2**ticks: from the mantissas of length x clock and speed.
 
-    Those of a slow line are 2**-7 to 2**-5 nm, or 2**-36 of one that is longer than a metre. With
-    the least acceleration, 1 um/s², such a tick still adds 7 nm²/s² to the squared speed: without
-    an end to that the speed would stay 0. It is shorter than the shortest step, and one of
-    2**-5 nm is shorter than two half turns of the smallest arc.
+    Those of a slow line are 2**-7 to 2**-5 nm, or, where an axis goes further than 2**30 nm, as
+    there are 2**36 at most, up to 1.8 nm. With the least acceleration, 1 um/s², such a tick still
+    adds 7 nm²/s² to the squared speed: without an end to that the speed would stay 0. It is shorter
+    than the shortest step, and one of 2**-5 nm is shorter than two half turns of the smallest arc.
     """
     yield "NORMALISE", "scaled", "zero", "numerator"
     yield "NORMALISE", "speed", "zero", "denominator"
