@@ -92,7 +92,8 @@ class BlockLoader(wiring.Component):
             "blocks": In(stream.Signature(data.StructLayout({"data": WIDTH, "last": 1}))),
             "take": Out(1),
             "profile": Out(stream.Signature(data.StructLayout({
-                "energy": squares, "modulus": modulus_bits, "log2_ticks": range(MAX_LOG2_TICKS + 1)}))),
+                "energy": squares, "modulus": modulus_bits,
+                "log2_ticks": range(MAX_LOG2_TICKS + 1)}))),
             "bound": Out(2), "override": Out(OverrideKind),
             "segments": Out(stream.Signature(Segment)),
             "idle": In(1), "start": In(1), "off": In(1), "ended": Out(1), "paused": Out(1),
