@@ -15,7 +15,10 @@ import time
 
 from tb.engines import CXXRTLEngine
 from tb.uart import SerialLine
-from tools.serve.machines import BAUD, BIT, Served, servable
+from tools.serve.machines import CLOCK, Served, servable
+
+#: Clocks per bit of its line.
+BIT = 16
 
 #: Seconds from the beginning of a line to that of the next.
 GAP_S = 0.25
@@ -31,17 +34,17 @@ def lines(served: Served, seconds: float) -> list[bytes]:
 
 def speeds(served: Served, seconds: float, *, stretches: bool) -> tuple[float, float]:
     """Return the clocks per second of a quiet machine, and of one that is sent lines."""
-    with CXXRTLEngine(served.design(BIT * BAUD, BAUD), stretches=stretches) as engine:
+    with CXXRTLEngine(served.design(CLOCK, CLOCK // BIT), stretches=stretches) as engine:
         engine.set(**served.how.levels)
         line = SerialLine(engine, BIT)
-        line.run(BIT * BAUD // 10)
+        line.run(CLOCK // 10)
         made = []
         texts = lines(served, seconds)
         for sent in ([b""] * len(texts), texts):
             begun, clock = time.process_time(), engine.clock
             for text in sent:
                 line.send(text)
-                line.run(round(GAP_S * BIT * BAUD))
+                line.run(round(GAP_S * CLOCK))
             made.append((engine.clock - clock) / (time.process_time() - begun))
     return made[0], made[1]
 
@@ -52,14 +55,14 @@ def main() -> int:
         print(reason)
         return 1
     seconds = float(sys.argv[1]) if len(sys.argv) > 1 else 5.0
-    print(f"clock {BIT * BAUD / 1e6:g} MHz, {seconds:g} simulated seconds of each")
+    print(f"clock {CLOCK / 1e6:g} MHz, {seconds:g} simulated seconds of each")
     for name, served in servable().items():
         single = speeds(served, seconds, stretches=False)
         stretched = speeds(served, seconds, stretches=True)
         for what, slow, fast in zip(("quiet", "sent lines"), single, stretched, strict=True):
             print(f"{name:11} {what:10}  clock by clock {slow:.3g} clocks/s, "
                   f"in stretches {fast:.3g}, {fast / slow:.3g} times")
-        print(f"{name:11} real time x {min(stretched) / (BIT * BAUD):.3g}")
+        print(f"{name:11} real time x {min(stretched) / CLOCK:.3g}")
     return 0
 
 
