@@ -10,6 +10,7 @@ import shutil
 import subprocess
 import tempfile
 from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
@@ -173,6 +174,20 @@ def _called(path: Path) -> str | Path:
     return f"F100 S100\no<{path.stem}> call {arguments}\nM2\n"
 
 
+@contextmanager
+def _alone() -> Iterator[None]:
+    """Keep other processes from running the interpreter.
+
+    All that run at a time have the same shared memory, that of LinuxCNC's HAL, and some then end
+    without a word.
+    """
+    import fcntl  # which is not there on Windows, as the interpreter is not
+
+    with open(Path(tempfile.gettempdir()) / "fresa-rs274.lock", "w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        yield
+
+
 def expand(program: str | Path) -> Expanded:
     """Run a program, or a file, on LinuxCNC's interpreter.
 
@@ -196,10 +211,11 @@ def expand(program: str | Path) -> Expanded:
         (folder / "machine.ini").write_text(
             f"[RS274NGC]\nSUBROUTINE_PATH = {':'.join(map(str, sorted(libraries)))}\n"
             "[TRAJ]\nLINEAR_UNITS = mm\n")
-        done = subprocess.run(
-            [COMMAND or "rs274", "-i", "machine.ini", "-t", "tool.tbl", "-v", "p.var", "-g",
-             str(program)], cwd=folder, capture_output=True, encoding="latin-1", check=False,
-            timeout=TIMEOUT_S)
+        with _alone():
+            done = subprocess.run(
+                [COMMAND or "rs274", "-i", "machine.ini", "-t", "tool.tbl", "-v", "p.var", "-g",
+                 str(program)], cwd=folder, capture_output=True, encoding="latin-1", check=False,
+                timeout=TIMEOUT_S)
     found = Expanded(list(_canonical(done.stdout)))
     if not re.search(r"PROGRAM_END\(|FINISH\(", done.stdout):
         complaint = [line for line in done.stderr.splitlines() if line != "executing"]
