@@ -3,6 +3,7 @@
 """The store of settings."""
 
 import random
+import re
 
 import pytest
 
@@ -30,6 +31,21 @@ def test_rates_and_accelerations_have_a_place_in_the_planner(axis):
     for each in rate, acceleration:
         assert each.least == 1
         assert f" {each.most / 1000:.3f} mm/" in page
+
+
+def test_the_page_says_what_their_highest_values_are():
+    page = (ROOT / "docs" / "gcode.md").read_text(encoding="utf-8")
+    said = re.split(r"highest values.*?: |\. GRBL has none", page)[1]
+    most = {}
+    for part in said.split(";"):
+        *names, highest = re.findall(r"[\d.]+", part)
+        numbers = [*map(int, names)]
+        if " to " in part:
+            numbers += range(numbers[-2] + 1, numbers[-1])
+        most.update(dict.fromkeys(numbers, float(highest)))
+    assert most == {
+        each.number: each.most / 1000 if each.decimal else each.most for each in SETTINGS
+        if each.number < 200 and not (each.most == 1 or each.number == 10)}
 
 
 @pytest.mark.parametrize(("values", "says"), [
