@@ -1250,3 +1250,36 @@ class TestOverrides:
         assert session.engine.get("flood", "mist") == (1, 0)
         session.send("M8\n")
         assert session.engine.get("flood", "mist") == (1, 0)
+
+
+def test_behind_alarm_1_it_answers_and_overrides_are_100(session):
+    """As docs/gcode.md says, where GRBL reads nothing before the reset."""
+    session.send("\x91\x91", wait=False)
+    session.engine.set(limits=1, probe=1)
+    session.run(12_000)
+    assert session.read() == ["ALARM:1", "[MSG:Reset to continue]"]
+    reports = []
+    for _ in range(12):  # of which not all have the overrides
+        session.send("?", wait=False, read=False)
+        session.run(20_000)
+        reports += session.read()
+    assert all(each.startswith("<Alarm|") and "|Pn:XP" in each for each in reports)
+    assert {field for each in reports for field in each[1:-1].split("|") if field[:2] == "Ov"} == {
+        "Ov:100,100,100"}
+    assert session.send("$13=0\nG1X1F100\n$X\n$H\n$C\n$SLP\n$J=X1F100\n", wait=False) == [
+        "ok", "error:9", *["error:8"] * 5]
+    # A switch that is still on is none behind the reset, so that the machine can leave it.
+    assert session.send("\x18") == [GREETING, LOCKED]
+    assert session.send("$X\nG0X1\n") == [UNLOCKED, "ok", "ok"]
+    session.engine.set(limits=0, probe=0)
+
+
+def test_a_feed_of_g93_and_the_end_of_a_program_in_one_line(session):
+    assert " F300 " in session.send("G21G93F5M30\n$G\n")[1]
+
+
+@pytest.mark.parametrize(("line", "answer"), [
+    ("$HX", "error:3"), ("$=", "error:3"), ("$5", "error:3"), ("$J=G3F100X1Y1T0", "error:36"),
+    ("$J=G2F100X1", "error:16")])
+def test_lines_that_grbl_refuses_otherwise(session, line, answer):
+    assert session.send(f"{line}\n") == [answer]
