@@ -22,7 +22,7 @@ def g_code_control(run: Run) -> str:
         await ctx.tick()
 
     async def test(ctx):
-        for pin in dut.standing, dut.restarted, dut.messages.ready:
+        for pin in dut.standing, dut.restarted, dut.messages.ready, dut.hard:
             ctx.set(pin, 1)
         await ctx.tick()
         run.see(ctx, dut, state=GCodeState.IDLE.value, hold=0)
@@ -44,7 +44,7 @@ def g_code_control(run: Run) -> str:
         await ctx.tick()
         run.see(ctx, dut, enable=1, stop=0)
 
-        ctx.set(dut.hard_limit, 1)
+        ctx.set(dut.limits, 0b001)
         await ctx.tick()
         run.see(ctx, dut, state=GCodeState.ALARM.value, stop=1, hold=1)
         run.expect("alarm", ctx.get(dut.alarms.payload), AlarmCode.HARD_LIMIT.value)

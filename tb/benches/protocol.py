@@ -503,9 +503,9 @@ def g_code_reporter(run: Run) -> str:
         ctx.set(dut.shown, 0b11)
         numbers.update({8: -1, 9: 12_345})
         ctx.set(dut.free_bytes, 128)
-        ctx.set(dut.pins, 0b1010)
+        ctx.set(dut.pins, 0b0101)
         run.expect("report", await report(ctx), "<Run|MPos:-0.001,12.345,0.000|Bf:0,128|FS:0,0"
-                                                "|Pn:YP|WCO:0.000,0.000,0.000>")
+                                                "|Pn:PY|WCO:0.000,0.000,0.000>")
         ctx.set(dut.pins, 0)
         for percent, value in zip(dut.overrides, (110, 50, 90), strict=True):
             ctx.set(percent, value)

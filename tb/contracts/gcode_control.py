@@ -66,7 +66,8 @@ def describe(c: Contract, dut: GCodeControl) -> None:
                   when=state("DOOR"), then=dut.substate[1] == ~dut.standing)
     c.implication("says-that-it-is-open", "That the door opens is said, also once more.",
                   when=known & c.past((dut.door & ~c.past(dut.door & ~c.rst) & state("DOOR"))
-                                      | (dut.door & state("RENEW", "IDLE", "RUN", "HOLD"))),
+                                      | (dut.door & state("RENEW", "IDLE", "RUN", "HOLD"))
+                                      | (came(0x84) & state("JOG", "SLEEP", "DOOR"))),
                   then=c.signal("wants_check_door"))
     c.implication("hold-stays", "A hold lasts until a resume while it stands, or a reset.",
                   when=known & c.past(state("HOLD") & ~(came(RESUME) & dut.standing) & ~dut.reset),
@@ -77,7 +78,8 @@ def describe(c: Contract, dut: GCodeControl) -> None:
     c.implication("emergency-stops", "The emergency stop stops in the next clock.",
                   when=known & c.past(dut.emergency), then=dut.stop)
     c.implication("limit-stops", "So does a hard limit, outside of homing.",
-                  when=known & c.past(dut.hard_limit & ~c.past(dut.hard_limit | c.rst)
+                  when=known & c.past((dut.limits & ~c.past(dut.limits)).any() & dut.hard
+                                      & ~c.past(c.rst)
                                       & state("IDLE", "RUN", "HOLD", "JOG", "DOOR", "RENEW",
                                               "CHECK")),
                   then=dut.stop & critical)
@@ -85,8 +87,25 @@ def describe(c: Contract, dut: GCodeControl) -> None:
                   when=known & c.past(stopped & ~dut.reset), then=stopped & dut.stop)
     c.implication("stops-for-a-reason", "Nothing else stops.",
                   when=dut.stop & ~stopped & ~dut.fault, then=c.past(dut.emergency))
-    c.implication("critical-is-stopped", "An alarm that needs a reset holds and stops.",
-                  when=critical, then=stopped & alarmed & state("ALARM", "START") & dut.hold)
+    c.implication("critical-holds", "An alarm that needs a reset holds.",
+                  when=critical, then=alarmed & state("ALARM", "START") & dut.hold)
+    c.implication("critical-is-named", "Those are of limits, and of the emergency stop.",
+                  when=known & critical & ~c.past(critical), then=Cat(
+                      c.past(c.signal("alarm")) == code for code in (
+                          AlarmCode.HARD_LIMIT, AlarmCode.SOFT_LIMIT, AlarmCode.EMERGENCY,
+                          AlarmCode.MOTOR_FAULT)).any() & c.signal("wants_reset_to_continue"))
+    c.implication("soft-limit-is-critical", "A soft limit is.",
+                  when=known & c.past(c.signal("alarm") == AlarmCode.SOFT_LIMIT),
+                  then=critical)
+    c.implication("limit-at-a-start", "A limit switch that is on at a start locks, and is said.",
+                  when=known & c.past(state("START") & dut.limits.any() & dut.hard),
+                  then=state("ALARM") & alarmed & c.signal("wants_check_limits"))
+    c.implication("failed-homing-resets", "A homing cycle that failed resets by itself.",
+                  when=known & c.past(state("HOME") & Cat(
+                      c.signal("alarm") == code for code in (
+                          AlarmCode.HOMING_RESET, AlarmCode.HOMING_DOOR,
+                          AlarmCode.HOMING_PULL_OFF, AlarmCode.HOMING_SEARCH)).any()
+                                      & ~dut.reset), then=resetting)
     c.implication("alarm-holds", "An alarm lasts until unlock, homing, sleep, or a reset.",
                   when=known & c.past(state("ALARM") & ~dut.reset & ~(
                       (dut.unlock | dut.home | dut.sleep) & ~critical & ~cancelling)),
@@ -119,7 +138,8 @@ def describe(c: Contract, dut: GCodeControl) -> None:
     c.implication("reset-waits", "It waits until it takes effect.",
                   when=known & c.past(resetting & ~dut.reset), then=resetting)
     c.implication("no-other-reset", "Nothing else makes one.",
-                  when=resetting, then=c.past(resetting | came(RESET) | dut.restart))
+                  when=resetting, then=c.past(resetting | came(RESET) | dut.restart
+                                              | (state("HOME") & (c.signal("alarm") != 0))))
     c.implication("strict-reset", "A strict one that comes while it moves stops in the next clock.",
                   when=known & c.past(came(RESET) & dut.strict & ~dut.standing
                                       & state("RUN", "JOG", "HOME", "HOLD", "DOOR", "RENEW",
@@ -128,7 +148,7 @@ def describe(c: Contract, dut: GCodeControl) -> None:
     c.implication("starts-after-reset", "A reset starts anew: with the greeting.",
                   when=known & c.past(dut.reset),
                   then=state("START") & ~resetting & (critical == c.past(
-                      c.signal("breaks"))))
+                      c.signal("breaks") | (c.signal("alarm") == AlarmCode.SOFT_LIMIT))))
     c.implication("greets", "The greeting follows a start.",
                   when=known & c.past(state("START")), then=c.signal("wants_greeting"))
     c.implication("says-it", "A message that is wanted is offered as soon as there is room.",
@@ -138,6 +158,7 @@ def describe(c: Contract, dut: GCodeControl) -> None:
     for name, when in [
             ("unlocked", state("ALARM") & dut.unlock & ~critical & ~cancelling
              & ~(dut.sleep | dut.home)),
+            ("program_end", dut.ended), ("restoring_spindle", dut.respun & ~state("RENEW")),
             ("disabled", state("CHECK") & ~dut.check), ("restoring", dut.restoring)]:
         c.implication(f"says-{name}", "What has been done is said.", when=known & c.past(when),
                       then=c.signal(f"wants_{name}"))

@@ -112,8 +112,12 @@ def describe(c: Contract, dut: GCodeGate) -> None:
     c.implication("unlock", "Only $X unlocks, when its end is passed, as a line without error.",
                   when=dut.unlock,
                   then=named("X") & taken & (passed.p.status == GCodeStatus.GOOD))
-    c.implication("home", "Only $H homes, and only if $22 is not 0.", when=dut.home,
-                  then=named("H") & c.past(dut.value != 0))
+    homes = named("H", "HX", "HY", "HZ")
+    c.implication("home", "Only $H homes, and single axes, if $22 is not 0 and the door closed.",
+                  when=dut.home, then=homes & c.past(dut.value != 0) & ~dut.door)
+    c.implication("home-of-it", "That is of all axes, or of one.", when=dut.home,
+                  then=Cat(~named(f"H{letter}") | (dut.homes == axis)
+                           for letter, axis in (("", 3), ("X", 0), ("Y", 1), ("Z", 2))).all())
     c.implication("lists", "Only the lines of lists begin one, and its own.", when=dut.listing,
                   then=named("", "G", "#", "I", "N") & Cat(
                       ~named(text) | (dut.list.as_value() == number)
@@ -142,7 +146,8 @@ def describe(c: Contract, dut: GCodeGate) -> None:
 
     state, done = c.state("gate_state"), c.signal("done")
     place = c.signal("place")
-    prefixes = dict.fromkeys(text[:length] for text in COMMANDS for length in range(len(text) + 1))
+    prefixes = dict.fromkeys(
+        text[:length] for text in dut.commands for length in range(len(text) + 1))
     known = Cat(c.signal(f"begun_{number}") == ((characters == len(text) + 1) & begins_with(text))
                 for number, text in enumerate(prefixes)).all()
     pending = words.valid & ends & item.system & good
@@ -158,9 +163,9 @@ def describe(c: Contract, dut: GCodeGate) -> None:
     c.invariant("judged", "Only a system line that waits is judged.",
                 (~done | (state("PASS") & pending & ~open_))
                 & (state("PASS") | state("FAULT") | (pending & ~open_)), cover=done, lemma=True)
-    homes = c.past(state("ASK"))
+    asks_homing = c.past(state("ASK"))
     c.invariant("homing", "The states of homing are those of $H.",
-                ~state("ASK", "COMPARE", "HOME", "HOMING") | named("H"), cover=homes, lemma=True)
+                ~state("ASK", "COMPARE", "HOME", "HOMING") | homes, cover=asks_homing, lemma=True)
     restarts, sleeps = c.signal("restarts"), c.signal("sleeps")
     c.invariant("lines-of-states", "So are the others.",
                 (~state("BEGIN_LIST", "LIST_ALL") | named("", "G", "#", "I", "N"))
@@ -173,18 +178,41 @@ def describe(c: Contract, dut: GCodeGate) -> None:
                 ~(restarts | sleeps) | asks
                 | (state("PASS") & done & named("C", "SLP", "RST=$", "RST=#", "RST=*")),
                 cover=asks & restarts, lemma=True)
+    waits = dut.waiting & ~dut.resting & ~dut.locked & ~dut.checking
+    c.implication("waits-for-rest", "Behind what GRBL waits for a system line does, too.",
+                  when=c.past(state("JUDGE") & waits & ~c.rst), then=state("PASS") & ~done)
+    judged, status = state("JUDGE") & ~dut.settling & ~waits & ~c.rst, c.signal("status")
     c.implication("no-unlock-of-a-stop", "While it is stopped, $X, $H and $SLP are refused.",
-                  when=c.past(state("JUDGE") & named("X", "H", "SLP") & dut.stopped & ~dut.settling
-                              & ~c.rst),
-                  then=state("PASS") & done & (c.signal("status") == GCodeStatus.NOT_IDLE))
+                  when=c.past(judged & (homes | named("X", "SLP")) & dut.stopped),
+                  then=state("PASS") & done & (status == GCodeStatus.NOT_IDLE))
+    c.implication("no-unlock-at-the-door", "So is $X during an alarm while the door is open.",
+                  when=c.past(judged & named("X") & ~dut.stopped),
+                  then=state("PASS") & done & (status == Mux(
+                      c.past(dut.locked & dut.door), GCodeStatus.DOOR_OPEN, GCodeStatus.GOOD)))
+    sets = c.signal("line")[0]
+    others = ~named(*dut.commands) & ~sets
+    at_any_time = Cat(said[1] == ord(each) for each in "$GCXJ").any()
+    c.implication("others-refused", "What is none of them is refused, with 8 first unless it "
+                  "begins as one of those that may come at any time.",
+                  when=c.past(judged & others),
+                  then=state("PASS") & done & Mux(
+                      c.past(dut.resting | at_any_time),
+                      (status == GCodeStatus.UNSUPPORTED) | (status == GCodeStatus.NO_NUMBER),
+                      status == GCodeStatus.NOT_IDLE))
+    of_command = Cat(said[1] == ord(each) for each in "GCXJHSIRN").any()
+    c.implication("no-number", "A line with a letter of no command has no number.",
+                  when=c.past(judged & others & dut.resting & (characters == 2)
+                              & (said[1] >= ord("A"))),
+                  then=status == Mux(c.past(of_command), GCodeStatus.UNSUPPORTED,
+                                     GCodeStatus.NO_NUMBER))
     c.implication("jogs", "A jog is refused unless it is at rest and not locked, or jogs.",
-                  when=c.past(state("JUDGE") & named("J=") & ~dut.settling & ~c.rst),
+                  when=c.past(judged & named("J=")),
                   then=state("PASS") & done & (c.signal("status") == Mux(
                       c.past(dut.jogging | (dut.resting & ~dut.locked)),
                       GCodeStatus.GOOD, GCodeStatus.NOT_IDLE)))
     c.implication("stores", "A text is refused unless it is at rest, a line while it is locked, "
                   "and either if it is too long.",
-                  when=c.past(state("JUDGE") & named(*STORES) & ~dut.settling & ~c.rst),
+                  when=c.past(judged & named(*STORES)),
                   then=state("PASS") & done & (c.signal("status") == Mux(
                       c.past(~dut.resting | (dut.locked & brings[:2].any())),
                       GCodeStatus.NOT_IDLE, Mux(c.past(dut.too_long),

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import NamedTuple
 
-from amaranth import Array, Cat, Mux, Value
+from amaranth import Array, Cat, Mux, Signal, Value
 
 from fresa.motion import AlarmCode, GCodeHoming, HomingRequest
 
@@ -49,14 +49,26 @@ def describe(c: Contract, dut: GCodeHoming) -> None:
     waits = request.kind == HomingRequest.WAIT
     wants = (request.kind != HomingRequest.NONE) & ~waits
     served = wants & dut.homed
-    made = c.keep(range(len(lines) + 1), name="made")
+    # Of the list a cycle of one axis makes a part.
+    first, total, turn = 0, len(lines), 0
+    if not dut.simple:
+        alone = dut.only != 3
+        turn = Mux(dut.only == 0, 1, Mux(dut.only == 1, 2, 0))
+        first = turn * (len(lines) // 3)
+        total = Mux(alone, first + len(lines) // 3, len(lines))
+        c.assume(~began | (dut.only == c.past(dut.only)))
+    count = c.keep(range(len(lines) + 1), name="count")
+    made = Signal(range(len(lines) + 1))
+    c.m.d.comb += made.eq(first + count)
     # Behind one line the switches are any, or stay on: behind others the cycle goes on.
     found = Array([0, *(line.phase in (0, 3) for line in lines)])[made].replicate(3)
-    c.restrict_covers(c.upset | ~c.rst & dut.allowed & dut.start & dut.standing & ~dut.begins
-                      & (dut.homed == c.past(wants | waits)) & ~dut.moving & (dut.lower == 0)
+    every = True if dut.simple else dut.only == 3
+    c.restrict_covers(c.upset | every & ~c.rst & dut.allowed & dut.start & dut.standing
+                      & ~dut.begins & (dut.homed == c.past(wants | waits)) & ~dut.moving
+                      & (dut.lower == 0)
                       & ((dut.switches == found) | (made == 4) if dut.simple
                          else dut.switches == found ^ (made == 3).replicate(3)))
-    c.m.d.sync += made.eq(Mux(c.rst | dut.done, 0, made + served))
+    c.m.d.sync += count.eq(Mux(c.rst | dut.done, 0, count + served))
 
     def of(field: str, at: Bits = made) -> Bits:
         return Array(int(getattr(line, field)) for line in lines)[at]
@@ -64,7 +76,7 @@ def describe(c: Contract, dut: GCodeHoming) -> None:
     axis, seeks = of("axis"), (of("phase") == 0) | (of("phase") == 3)
     lower = dut.lower.bit_select(axis, 1)
     c.implication("requests-in-order", "Requests are those of the cycle, in their order.",
-                  when=wants, then=(made < len(lines)) & (request.axis == axis) & (
+                  when=wants, then=(made < total) & (request.axis == axis) & (
                       Value.cast(request.kind) == Mux(of("places"), HomingRequest.PLACE.value,
                                                       HomingRequest.MOVE.value))
                   & (request.from_switch == (of("phase") == 2)))
@@ -81,32 +93,32 @@ def describe(c: Contract, dut: GCodeHoming) -> None:
         "kind", "axis", "thousandths", "back", "from_switch", "near", "slow"))
     c.implication("request-stays", "A request holds until it is served.",
                   when=known & c.past((wants | waits) & ~dut.homed), then=fields == c.past(fields))
-    _waits(c, dut, made, waits, wants, of)
-    _ends(c, dut, made, len(lines), wants | waits, wants)
-    _switches(c, dut, lines, made, wants, served)
+    _waits(c, dut, count, made < total, waits, wants, of)
+    _ends(c, dut, count, made == total, wants | waits, wants)
+    _switches(c, dut, lines, made, count, wants, served)
 
     after = state("START", "MOVE", "BRAKE", "PLACE", "RESTART", "BEGIN")
     at = (made - after)[:5]
     third = dut.simple & state("PLAN") & (c.signal("phase") == 0) & (made == 6)
     c.invariant("where", "Phase, turn and state are those of the request.", state(
         "IDLE", "ASK", "DONE", "FAILED", "FAULT") | (
-            (at < len(lines)) & (dut.axis == of("axis", at)) & (c.signal("turn") < 3)
+            (at >= first) & (at < total) & (dut.axis == of("axis", at)) & (c.signal("turn") < 3)
             & (third | (c.signal("phase") == of("phase", at)))
             & (c.signal("located") == of("located", at))
-            & (~after | (made != 0)) & (~state("PLACE") | of("places", at))
+            & (~after | (count != 0)) & (~state("PLACE") | of("places", at))
             & (~state("BRAKE") | (of("phase", at) == 0) | (of("phase", at) == 3))
             & (~state("START", "MOVE") | ~of("places", at))
-            & (~state("RESTART", "BEGIN") | (of("phase", at) != 2) | (made == len(lines)))),
+            & (~state("RESTART", "BEGIN") | (of("phase", at) != 2) | (made == total))),
         cover=made == 2, lemma=True)
     c.invariant("ends-of-it", "At its ends nothing or all was requested.", Cat(
-        ~state("IDLE", "ASK") | (made == 0), ~state("DONE") | (made == len(lines)),
-        ~state("ASK") | ((c.signal("turn") == 0) & ~c.signal("located"))).all(),
+        ~state("IDLE", "ASK") | (count == 0), ~state("DONE") | (made == total), made <= total,
+        ~state("ASK") | ((c.signal("turn") == turn) & ~c.signal("located"))).all(),
         cover=made == 1, lemma=True)
     c.leaves_unused_codes("homing_state", fault=dut.fault, shows=~(
         wants | waits | dut.done | dut.restart | dut.latch | dut.place | dut.brake))
 
 
-def _waits(c: Contract, dut: GCodeHoming, made: Bits, waits: Bits, wants: Bits,
+def _waits(c: Contract, dut: GCodeHoming, count: Bits, more: Bits, waits: Bits, wants: Bits,
            of: Callable[[str], Bits]) -> None:
     """State that it stands for the time of $26 before each line but the first."""
     if dut.simple:
@@ -114,7 +126,7 @@ def _waits(c: Contract, dut: GCodeHoming, made: Bits, waits: Bits, wants: Bits,
         return
     state, begins = c.state("homing_state"), dut.begins_within
     c.implication("waits-before-a-line", "A wait is requested before a line alone.", when=waits,
-                  then=(made != 0) & ~of("places"))
+                  then=(count != 0) & ~of("places"))
     age = c.keep(range(begins + 1), name="wait_age")  # since a wait was committed
     rested = c.keep(2, name="rested")  # 1 while a wait is counted, 2 from then on to the line
     c.m.d.sync += age.eq(Mux(waits & dut.homed, 0, age + (age < begins)))
@@ -125,9 +137,9 @@ def _waits(c: Contract, dut: GCodeHoming, made: Bits, waits: Bits, wants: Bits,
     with c.m.If(c.rst | (wants & dut.homed)):
         c.m.d.sync += rested.eq(0)
     c.implication("rests-before-a-line", "A line but the first is requested when a wait before it "
-                  "was committed, and has ended.", when=wants & (made != 0) & ~of("places"),
+                  "was committed, and has ended.", when=wants & (count != 0) & ~of("places"),
                   then=rested == 2)
-    pause, line = c.signal("pause"), (made != 0) & (made < 18) & ~of("places")
+    pause, line = c.signal("pause"), (count != 0) & more & ~of("places")
     c.invariant("rests", "It waits in one state.", Cat(
         ~state("WAIT") | (line & (rested == 0)),
         ~state("REST") | (line & (rested == 1) & (age == begins - pause)),
@@ -135,7 +147,8 @@ def _waits(c: Contract, dut: GCodeHoming, made: Bits, waits: Bits, wants: Bits,
         cover=rested == 2, lemma=True)
 
 
-def _ends(c: Contract, dut: GCodeHoming, made: Bits, total: int, asks: Bits, wants: Bits) -> None:
+def _ends(c: Contract, dut: GCodeHoming, count: Bits, all_made: Bits, asks: Bits, wants: Bits
+          ) -> None:
     """State when a cycle begins, and when it is through."""
     known = c.past(~c.rst)
     c.implication("begins", "A cycle begins with a start.", when=known & c.past(~dut.active),
@@ -145,7 +158,7 @@ def _ends(c: Contract, dut: GCodeHoming, made: Bits, total: int, asks: Bits, wan
     c.implication("through", "And then it is over.", when=known & c.past(dut.done),
                   then=~dut.active)
     c.implication("all-was-done", "It is through after the last of its requests.", when=dut.done,
-                  then=dut.active & (made == total))
+                  then=dut.active & all_made)
     failed = c.keep(1, name="failed")
     c.m.d.sync += failed.eq(~c.rst & (failed | (dut.failure != AlarmCode.NONE)))
     c.implication("failure-ends-it", "After a failure nothing is done until a reset.", when=failed,
@@ -154,21 +167,21 @@ def _ends(c: Contract, dut: GCodeHoming, made: Bits, total: int, asks: Bits, wan
     c.invariant("failed", "It has failed in one state.",
                 failed == c.state("homing_state")("FAILED"), cover=failed, lemma=True)
     c.implication("allowed", "It requests nothing before it is allowed to.",
-                  when=wants & (made == 0), then=c.keep(1, name="allowed"))
+                  when=wants & (count == 0), then=c.keep(1, name="allowed"))
     with c.m.If(dut.allowed & dut.active):
         c.m.d.sync += c.kept["allowed"].eq(1)
     with c.m.If(~dut.active | c.rst):
         c.m.d.sync += c.kept["allowed"].eq(0)
     c.invariant("was-allowed", "It goes on only then.", c.state("homing_state")(
-        "IDLE", "ASK", "FAILED", "FAULT") | c.kept["allowed"], cover=made == 1, lemma=True)
+        "IDLE", "ASK", "FAILED", "FAULT") | c.kept["allowed"], cover=count == 1, lemma=True)
 
 
-def _switches(c: Contract, dut: GCodeHoming, lines: list[_Line], made: Bits, wants: Bits,
-              served: Bits) -> None:
+def _switches(c: Contract, dut: GCodeHoming, lines: list[_Line], made: Bits, count: Bits,
+              wants: Bits, served: Bits) -> None:
     """State what comes of switches."""
     known, state = c.past(~c.rst), c.state("homing_state")
     begins = dut.begins_within + 1  # clocks in which a line that was committed begins, at most
-    now = (made - (made != 0))[:5]  # the line that was committed
+    now = (made - (count != 0))[:5]  # the line that was committed
     phase = Array(line.phase for line in lines)[now]
     axis = Array(line.axis for line in lines)[now]
     on = dut.switches.bit_select(axis, 1)
@@ -176,7 +189,7 @@ def _switches(c: Contract, dut: GCodeHoming, lines: list[_Line], made: Bits, wan
     age = c.keep(range(begins + 2), name="age")  # since a line was committed
     line = served & (dut.request.kind == HomingRequest.MOVE)
     c.m.d.sync += age.eq(Mux(line | c.rst, 0, age + (age <= begins)))
-    moves = (made != 0) & (age >= begins)
+    moves = (count != 0) & (age >= begins)
     third = dut.simple & (made == 6)
     c.implication("latches-at-a-switch", "A place is kept when the switch that is sought is on.",
                   when=dut.latch & ~third, then=seeks & on & moves)

@@ -6,11 +6,12 @@ __all__ = ["ControlModel"]
 
 STATES = ("IDLE", "RUN", "HOLD", "JOG", "ALARM", "DOOR", "CHECK", "HOME", "SLEEP")
 GREETING, LOCKED, UNLOCKED, ENABLED, DISABLED, RESET_TO_CONTINUE, CHECK_DOOR = range(7)
-SLEEPING, RESTORING = 8, 9
-ORDER = (GREETING, LOCKED, RESET_TO_CONTINUE, CHECK_DOOR, UNLOCKED, ENABLED, DISABLED, SLEEPING,
-         RESTORING)
+PROGRAM_END, SLEEPING, RESTORING, CHECK_LIMITS, RESTORING_SPINDLE = range(7, 12)
+ORDER = (GREETING, CHECK_LIMITS, LOCKED, RESET_TO_CONTINUE, CHECK_DOOR, UNLOCKED, ENABLED,
+         DISABLED, SLEEPING, RESTORING, RESTORING_SPINDLE, PROGRAM_END)
 SAYS = {"SLEEP": SLEEPING, "CHECK": ENABLED}
-HARD_LIMIT, ABORTED, PROBE_INITIAL, PROBE_CONTACT, HOMING_RESET, HOMING_DOOR = 1, 3, 4, 5, 6, 7
+HARD_LIMIT, SOFT_LIMIT, ABORTED, PROBE_INITIAL, PROBE_CONTACT = 1, 2, 3, 4, 5
+HOMING_RESET, HOMING_DOOR = 6, 7
 EMERGENCY, MOTOR_FAULT = 10, 17
 RESET, HOLD, RESUME, STATUS, DOOR, JOG_CANCEL = 0x18, 0x21, 0x7E, 0x3F, 0x84, 0x85
 
@@ -30,7 +31,7 @@ class ControlModel:
     renewing: bool = False
     door_before: int = 0
     enabled: bool = False
-    limit_before: int = 0
+    limits_before: int = 0
     emergency_before: int = 0
     came: int | None = None
     alarm_line: int | None = None
@@ -49,7 +50,7 @@ class ControlModel:
         outputs = {
             "hold": int(self.state not in ("IDLE", "RUN", "JOG", "HOME") or self.resetting
                         or self.cancelling),
-            "stop": int(self.stopped or self.emergency_before),
+            "stop": int(self.stopped or self.emergency_before), "critical": int(self.critical),
             "state": STATES.index(shown) if shown in STATES else None,
             "substate": {"DOOR": 3 if self.renewing else inputs["door"] if standing else 2,
                          "HOLD": 1 - standing}.get(shown),
@@ -69,12 +70,17 @@ class ControlModel:
         if self.message is None or messages_ready:
             self.to_say.sort(key=ORDER.index)
             self.message = self.to_say.pop(0) if self.to_say else None
-        if inputs["restoring"]:
-            self._say(RESTORING)
         was, renewed = self.state, self.renewing
+        for message, said in ((RESTORING, inputs["restoring"]), (PROGRAM_END, inputs["ended"]),
+                              (RESTORING_SPINDLE, inputs["respun"] and not renewed)):
+            if said:
+                self._say(message)
         self._follow(came, bool(reset), bool(flush), inputs)
         opens = came == DOOR or (inputs["door"] and not self.door_before)
-        if self.state == "DOOR" and (was != "DOOR" or opens or renewed > self.renewing):
+        if was == "JOG" or was == "SLEEP":
+            if opens:
+                self._say(CHECK_DOOR)
+        elif self.state == "DOOR" and (was != "DOOR" or opens or renewed > self.renewing):
             self._say(CHECK_DOOR)
         self.door_before = inputs["door"]
         alarm, critical = self._alarm(came, bool(asks_reset), was, inputs)
@@ -90,19 +96,21 @@ class ControlModel:
             self.locked, self.door_next, self.renewing = True, False, False
             self.cancelling |= alarm not in (PROBE_INITIAL, PROBE_CONTACT)
             self.state = "START" if reset else "ALARM"
+            if was == "HOME" and not critical and alarm != HARD_LIMIT and not reset:
+                self.resetting = True
             if self.alarm_line is None:
                 self.alarm_line = alarm
         if critical or (asks_reset and inputs["strict"] and not standing
                         and was not in ("START", "ALARM", "SLEEP")):
             self.stopped = True
-        if critical:
+        if critical or alarm == SOFT_LIMIT:
             self.critical = True
             self._say(RESET_TO_CONTINUE)
         if was in ("RUN", "JOG", "HOME"):
             self.enabled = True
         if was == "SLEEP" or inputs["emergency"]:
             self.enabled = False
-        self.limit_before, self.emergency_before = inputs["hard_limit"], inputs["emergency"]
+        self.limits_before, self.emergency_before = inputs["limits"], inputs["emergency"]
         return outputs
 
     def _follow(self, came: int | None, reset: bool, flush: bool, inputs: dict[str, int]) -> None:
@@ -111,7 +119,10 @@ class ControlModel:
         standing, moving = inputs["standing"], inputs["moving"]
         if self.state == "START":
             self._say(GREETING)
-            if self.locked or (self.first and inputs["locked_start"]):
+            at_limit = inputs["limits"] and inputs["hard"]
+            if at_limit:
+                self._say(CHECK_LIMITS)
+            if self.locked or at_limit or (self.first and inputs["locked_start"]):
                 self._say(LOCKED)
                 self.locked = True
             self.state, self.first = "ALARM" if self.locked else "IDLE", False
@@ -172,7 +183,7 @@ class ControlModel:
             return MOTOR_FAULT if inputs["motor_fault"] else EMERGENCY, True
         if was in ("START", "ALARM", "SLEEP"):
             return 0, False
-        if inputs["hard_limit"] and not self.limit_before and was != "HOME":
+        if inputs["limits"] & ~self.limits_before and inputs["hard"] and was != "HOME":
             return HARD_LIMIT, True
         if asks_reset and inputs["strict"] and not inputs["standing"] and was != "HOME":
             return ABORTED, False

@@ -280,7 +280,10 @@ class Interpreter:
         RefusedLine
             With GRBL's code, if the line is refused; then nothing has changed.
         """
-        line = self._read(words)
+        given = list(words)
+        if not given:  # as of a comment, which is no line to GRBL's parser
+            return []
+        line = self._read(given)
         self._check_values(line)
         return self._check_and_run(line)
 

@@ -5,7 +5,7 @@ from fractions import Fraction
 
 __all__ = ["listed", "quotient"]
 
-HELP = b"[HLP:$$ $# $G $I $N $x=val $J=line $SLP $C $X $H $RST= ~ ! ? ctrl-x]\r\n"
+HELP = b"[HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H ~ ! ? ctrl-x]\r\n"
 
 
 def listed(which: str, *, modes: Mapping[str, int], words: Mapping[int, int],

@@ -18,6 +18,8 @@ MESSAGES: Mapping[str, bytes] = {
     "PROGRAM_END": b"[MSG:Pgm End]\r\n",
     "SLEEPING": b"[MSG:Sleeping]\r\n",
     "RESTORING": b"[MSG:Restoring defaults]\r\n",
+    "CHECK_LIMITS": b"[MSG:Check Limits]\r\n",
+    "RESTORING_SPINDLE": b"[MSG:Restoring spindle]\r\n",
 }
 
 

@@ -55,6 +55,7 @@ from ..protocol import (
     GCodeKind,
     GCodeList,
     GCodeLister,
+    GCodeMessage,
     GCodeReader,
     GCodeReporter,
     GCodeSettingStore,
@@ -153,6 +154,8 @@ class GCodeSettings:
         Lines that are run at every start, up to two: $N0 and $N1.
     startup_lines : bool
         It keeps such lines, and the text of $I; the dialect of the thesis does not.
+    single_axes : bool
+        It has $HX, $HY and $HZ; the dialect of the thesis has not.
     silence_us, idle_us : int
         Of the thesis: silence that ends a line, and after which motors are off, in us.
     servo_us : int
@@ -185,6 +188,7 @@ class GCodeSettings:
     probing: bool = True
     startup: Sequence[str] = ()
     startup_lines: bool = True
+    single_axes: bool = True
     silence_us: int = 10_000
     idle_us: int = 100_000
     servo_us: int = SERVO_PERIOD
@@ -259,12 +263,12 @@ class GCodeSettings:
     def options(self) -> str:
         """What it is built with, by GRBL's letters.
 
-        Those of a variable spindle, of M7, of CoreXY, of a safety door, and of two motors on one
-        axis, squared by homing.
+        Those of a variable spindle, of M7, of CoreXY, of homing of single axes, of a safety door,
+        and of two motors on one axis, squared by homing.
         """
-        return ("V" * (self.dialect == "grbl") + "M" * self.mists
-                + "C" * (self.kinematics == "corexy") + "+" * (self.dialect == "grbl")
-                + "2" * (self.second_motor is not None))
+        of_grbl = self.dialect == "grbl"
+        return ("V" * of_grbl + "M" * self.mists + "C" * (self.kinematics == "corexy")
+                + "H" * self.homes_one + "+" * of_grbl + "2" * (self.second_motor is not None))
 
     @property
     def mists(self) -> bool:
@@ -280,6 +284,11 @@ class GCodeSettings:
     def stores(self) -> bool:
         """Whether it keeps startup lines, and a text of the user."""
         return self.startup_lines and self.dialect == "grbl"
+
+    @property
+    def homes_one(self) -> bool:
+        """Whether it has $HX, $HY and $HZ."""
+        return self.single_axes and self.dialect == "grbl"
 
     @property
     def origin(self) -> tuple[int, ...]:
@@ -500,7 +509,8 @@ class GCode(MachineComponent):
         buffer = LineBuffer(depth=settings.receive,
                             silence=settings.silence if thesis else None)
         reader = GCodeReader()
-        gate, lister = GCodeGate(stores=settings.stores), GCodeLister()
+        gate = GCodeGate(stores=settings.stores, homes_one=settings.homes_one)
+        lister = GCodeLister()
         interpreter = GCodeInterpreter(probing=settings.probes, origin=settings.origin)
         planner = GCodePlanner(line=Line(clock=settings.clock), gap=settings.gap,
                                motors=settings.motors)
@@ -511,7 +521,7 @@ class GCode(MachineComponent):
             m.submodules[name] = anew(part)
         connect(m, receiver.bytes, realtime.bytes)
         connect(m, realtime.rest, buffer.bytes)
-        answers = self._answers(m, interpreter, renewed)
+        answers = self._answers(m, control, gate, interpreter, renewed)
         stored = self._store_lines(m, anew, control, reader, gate, homing, answers, faults)
         lines, said = self._program(m, anew, control, interpreter,
                                     stored.said if stored else answers, buffer.items, faults,
@@ -550,6 +560,12 @@ class GCode(MachineComponent):
             planner.actions.payload.eq(actions.payload), actions.ready.eq(planner.actions.ready),
             planner.actions.valid.eq(actions.valid & ~(shows & offsets)),
         ]
+        # GRBL has done these before it answers: from DWELL to OFFSETS, PAUSE and END.
+        kind = Value.cast(interpreter.actions.p.kind)
+        with m.If(interpreter.actions.valid):
+            m.d.sync += gate.waiting.eq(Mux(kind[3], ~kind[1:3].any(), kind[2]))
+        with m.If(renewed):
+            m.d.sync += gate.waiting.eq(0)
         # A clock later, as it is far; nothing is left of them where a reset began meanwhile.
         for name in ("unlock", "sleep", "restart", "restoring"):
             asked = Signal(name=f"asks_{name}")
@@ -590,6 +606,7 @@ class GCode(MachineComponent):
             motion.flush.eq(restart | discards),
             motion.off.eq(renewed | control.stop | (control.state == GCodeState.SLEEP)),
             control.standing.eq(motion.still),
+            control.ended.eq(0 if thesis else motion.ended),
         ]
         m.d.sync += control.moving.eq(moving)
         jogs = interpreter.actions.valid & (interpreter.actions.p.kind == GCodeActionKind.JOG)
@@ -635,6 +652,7 @@ class GCode(MachineComponent):
         m.d.sync += was_off.eq(motion.off)
         m.d.comb += [
             overrides.command.eq(realtime.command), overrides.code.eq(realtime.code),
+            control.respun.eq(overrides.respun),
             overrides.restore.eq(renewed | motion.off & ~was_off | motion.ended),
             overrides.program.eq(motion.outputs),
             overrides.switches.eq(Cat(control.state == each for each in (
@@ -811,7 +829,7 @@ class GCode(MachineComponent):
         connect(m, answers, stored.answers)
         m.d.comb += [
             stored.locked.eq(gate.locked), stored.held.eq(control.state == GCodeState.DOOR),
-            stored.run.eq(homing.done),
+            stored.run.eq(homing.done & (gate.homes == 3)),
             stored.slot.eq(gate.slot), stored.writing.eq(gate.writing), stored.keep.eq(gate.keep),
             stored.seen.eq(reader.seen), stored.character.eq(reader.character),
             stored.restore.eq(gate.restoring_texts), gate.too_long.eq(stored.too_long),
@@ -850,13 +868,24 @@ class GCode(MachineComponent):
         """Return that the program of its own may be started."""
         return control.state == GCodeState.IDLE
 
-    def _answers(self, m: Module, interpreter: GCodeInterpreter, renewed: Signal
-                 ) -> stream.Interface:
-        """Return the answers of lines, from a register: to what sends them it is far."""
+    def _answers(self, m: Module, control: GCodeControl, gate: GCodeGate,
+                 interpreter: GCodeInterpreter, renewed: Signal) -> stream.Interface:
+        """Return the answers of lines, from a register: to what sends them it is far.
+
+        That of a program's end comes once the end has been made and said; in the dialect of the
+        thesis, which says nothing, at once.
+        """
         answers = interpreter.answers
         kept = answers.signature.create()
-        m.d.comb += answers.ready.eq(~kept.valid)
-        with m.If(~kept.valid):
+        takes = ~kept.valid
+        if self.settings.dialect != "thesis":
+            said = Signal()
+            m.d.sync += said.eq(interpreter.ending & (said | (
+                control.messages.valid & control.messages.ready
+                & (control.messages.payload == GCodeMessage.PROGRAM_END))))
+            takes &= ~interpreter.ending | said | gate.checking
+        m.d.comb += answers.ready.eq(takes)
+        with m.If(takes):
             m.d.sync += [kept.payload.eq(answers.payload), kept.valid.eq(answers.valid)]
         with m.Elif(kept.ready):
             m.d.sync += kept.valid.eq(0)
@@ -915,15 +944,15 @@ class GCode(MachineComponent):
                                            | (control.state == GCodeState.ALARM))),
             control.failure.eq(homing.failure),
         ]
-        self._home(m, planner, motion, homing, store)
+        self._home(m, gate, planner, motion, homing, store)
         m.d.comb += [
             wanted.eq(planner.setting_address),
             store.address.eq(Mux(configuring | seeking, wanted, gate.address)),
             store.write_address.eq(gate.write_address), store.data.eq(gate.data),
             store.trial.eq(gate.trial), store.write.eq(gate.write),
             planner.setting.eq(store.value), planner.soft.eq(store.flags.soft),
-            gate.stopped.eq(control.stop), gate.configured.eq(planner.configured),
-            gate.refused.eq(planner.verdict != 0),
+            gate.stopped.eq(control.stop | control.critical), gate.door.eq(control.door),
+            gate.configured.eq(planner.configured), gate.refused.eq(planner.verdict != 0),
             gate.homed.eq(homing.done), homing.start.eq(gate.home),
             homing.allowed.eq(control.state == GCodeState.HOME),
             control.home.eq(homing.active & ~renewed), control.strict.eq(store.flags.strict),
@@ -939,7 +968,7 @@ class GCode(MachineComponent):
         with m.If(renewed):
             m.d.sync += control.failure.eq(AlarmCode.NONE)
 
-    def _home(self, m: Module, planner: GCodePlanner, motion: BlockMotion, homing,
+    def _home(self, m: Module, gate: GCodeGate, planner: GCodePlanner, motion: BlockMotion, homing,
               store: GCodeSettingStore) -> None:
         """Have homing cycles made by the planner."""
         m.d.comb += [
@@ -947,6 +976,10 @@ class GCode(MachineComponent):
             homing.standing.eq(motion.still),
         ]
         connect(m, homing.request, planner.homing)
+        if self.settings.homes_one:
+            m.d.comb += homing.only.eq(gate.homes)
+        elif self.settings.dialect == "grbl":
+            m.d.comb += homing.only.eq(3)
 
     def _probe(self, m: Module, control: GCodeControl, renewed: Signal, gate: GCodeGate,
                lister: GCodeLister, planner: GCodePlanner, motion: BlockMotion,
@@ -1146,15 +1179,13 @@ class GCode(MachineComponent):
         stop, motor_fault = Signal(), Signal()
         m.d.comb += [
             Cat(switches, stop, motor_fault).eq(on), control.door.eq(switches[AXES + 1]),
-            control.hard_limit.eq(switches[:AXES].any() & flags.hard),
+            control.limits.eq(on[:AXES]), control.hard.eq(flags.hard),
             control.emergency.eq(stop | motor_fault), control.motor_fault.eq(motor_fault & ~stop),
         ]
         if self.settings.second_motor is None:
             return switches
         further = Signal(AXES + 3)
-        m.d.comb += [
-            further.eq(Cat(switches, on[-1])),
-            control.hard_limit.eq((switches[:AXES].any() | on[-1]) & flags.hard)]
+        m.d.comb += [further.eq(Cat(switches, on[-1])), control.limits[AXES].eq(on[-1])]
         return further
 
     def _reports(self, m: Module, control: GCodeControl, gate: GCodeGate, planner: GCodePlanner,
@@ -1189,7 +1220,8 @@ class GCode(MachineComponent):
             reporter.origin_changed.eq(planner.origin_changed),
             planner.shown_address.eq(reporter.number_address),
             planner.shown_read.eq(reporter.number_read), reporter.number.eq(planner.shown),
-            reporter.pins.eq(Cat(switches, self.hold, self.abort, self.start)),
+            reporter.pins.eq(Cat(switches[AXES], switches[:AXES], switches[AXES + 1], self.abort,
+                                 self.hold, self.start)),
         ]
 
     def _overrides(self, m: Module, overrides: Overrides, reporter: GCodeReporter) -> None:

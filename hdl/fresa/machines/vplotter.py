@@ -242,6 +242,10 @@ class VPlotterSettings(GCodeSettings):
         return False
 
     @property
+    def homes_one(self) -> bool:
+        return False
+
+    @property
     def bounds(self) -> dict[int, int]:
         return dict.fromkeys((20, 22, 100, 101, 130, 131), 0) | {
             110 + axis: floor(self.max_rate[axis] * 1000) for axis in range(2)}
@@ -340,12 +344,13 @@ class VPlotter(GCode):
         """Let an end switch end a bowed line: in a homing cycle hard limits do not count."""
         super()._system(m, control, renewed, gate, planner, motion, homing, store)
         if isinstance(homing, StringCycles):
-            before = Signal()
-            m.d.sync += before.eq(control.hard_limit)
-            with m.If(control.hard_limit & ~before & homing.line.active & ~renewed):
+            before = Signal.like(control.limits)
+            m.d.sync += before.eq(control.limits)
+            with m.If((control.limits & ~before).any() & control.hard & homing.line.active
+                      & ~renewed):
                 m.d.sync += control.failure.eq(AlarmCode.HARD_LIMIT)
 
-    def _home(self, m: Module, planner: GCodePlanner, motion: BlockMotion, homing,
+    def _home(self, m: Module, gate: GCodeGate, planner: GCodePlanner, motion: BlockMotion, homing,
               store: GCodeSettingStore) -> None:
         """Leave the planner out of it: these cycles make steps of their own."""
 

@@ -39,7 +39,8 @@ class GCodeControl(wiring.Component):
     =====  ==================================================  =====================================
     state  meaning                                             next
     =====  ==================================================  =====================================
-    START  after power-up and reset, one clock                 ALARM if locked, or IDLE
+    START  after power-up and reset, one clock                 ALARM if locked or at a limit, or
+                                                               IDLE
     IDLE   nothing moves, blocks may begin                     RUN, JOG when it moves; HOME, CHECK
     RUN    blocks are carried out                              IDLE when none is left
     JOG    the same of a jog                                   IDLE, also after it was cancelled
@@ -64,11 +65,13 @@ class GCodeControl(wiring.Component):
 
     **Alarms** by a hard limit (an edge, so that it can be moved off again) or the emergency stop
     set ``stop`` in the next clock, until a reset has taken effect and the emergency stop is off.
-    Before that reset neither `unlock` nor `home` does anything. Other alarms, `failure`, slow down,
-    and need no reset; ``flush`` then discards the blocks, and until then `unlock` does nothing. But
-    of a probing, PROBE_INITIAL and PROBE_CONTACT, nothing is left to be discarded. In ALARM and
-    SLEEP only an emergency stop is an alarm. An alarm while another waits to be announced is not
-    announced.
+    Before that reset neither `unlock` nor `home` does anything; so it is with SOFT_LIMIT, which
+    slows down. Other alarms, `failure`, slow down, and need no reset; ``flush`` then discards the
+    blocks, and until then `unlock` does nothing. But of a probing, PROBE_INITIAL and PROBE_CONTACT,
+    nothing is left to be discarded. An alarm in HOME resets by itself once it stands, unless it is
+    HARD_LIMIT or the emergency stop. In ALARM and SLEEP only an emergency stop is an alarm. An
+    alarm while another waits to be announced is not announced. A limit switch that is on in START
+    locks, as ALARM does, and is no alarm.
 
     Members
     -------
@@ -101,8 +104,16 @@ class GCodeControl(wiring.Component):
     restarted : In(1)
         Nothing is off any more that DOOR turns off. Where something is in IDLE, as after an alarm
         that began in DOOR, it is DOOR again.
-    hard_limit, emergency : In(1)
-        A limit switch; the emergency stop.
+    ended : In(1)
+        The program has ended, for a clock.
+    respun : In(1)
+        A spindle that was stopped in HOLD turns again, for a clock; but in RENEW it does not count.
+    limits : In(4)
+        Limit switches.
+    hard : In(1)
+        They are hard limits.
+    emergency : In(1)
+        The emergency stop.
     motor_fault : In(1)
         It is a driver that asks for the emergency stop: alarm 17, otherwise 10.
     failure : In(AlarmCode)
@@ -115,6 +126,8 @@ class GCodeControl(wiring.Component):
         To the profile.
     stop : Out(1)
         Steps must not begin.
+    critical : Out(1)
+        An alarm needs a reset.
     state : Out(GCodeState)
         State. HOLD while a reset slows down.
     substate : Out(2)
@@ -133,10 +146,10 @@ class GCodeControl(wiring.Component):
     alarms : Out(stream.Signature(5))
         Numbers of alarms, to be announced.
     messages : Out(stream.Signature(GCodeMessage))
-        The greeting after START, and then the reminder of a lock; after an alarm that needs a reset
-        the reminder of that; that the door is open, also where it opens again in DOOR; that an
-        alarm was ended by `unlock`; that check mode begins and ends, and sleep begins; and
-        `restoring`.
+        The greeting after START, then that a limit switch is on, and the reminder of a lock; after
+        an alarm that needs a reset the reminder of that; that the door is open, also where it opens
+        again in DOOR, and in JOG and SLEEP; that an alarm was ended by `unlock`; that check mode
+        begins and ends, and sleep begins; `restoring`, `respun` and `ended`.
     fault : Out(1)
         The state register was upset: ``stop`` and ``hold`` are 1. Stays until the reset of all.
     """
@@ -155,7 +168,10 @@ class GCodeControl(wiring.Component):
     restoring: In(1)
     door: In(1)
     restarted: In(1)
-    hard_limit: In(1)
+    ended: In(1)
+    respun: In(1)
+    limits: In(4)
+    hard: In(1)
     emergency: In(1)
     motor_fault: In(1)
     failure: In(AlarmCode)
@@ -163,6 +179,7 @@ class GCodeControl(wiring.Component):
     locked_start: In(1)
     hold: Out(1)
     stop: Out(1)
+    critical: Out(1)
     state: Out(GCodeState)
     substate: Out(2)
     report: Out(1)
@@ -193,15 +210,18 @@ class GCodeControl(wiring.Component):
 
         wants = self._announce(m)
         stopped = Signal()  # from a clock after the alarm to the reset
-        critical = Signal()  # the alarm needs a reset
+        critical = self.critical
         alarmed = Signal()  # also through a reset
         powered = Signal()  # it has been in START
         resetting = Signal()
         cancelling = Signal()  # flush when it stands
         door_next = Signal()  # after the jog
-        limit_before, emergency_before, door_before = Signal(), Signal(), Signal()
-        m.d.sync += [limit_before.eq(self.hard_limit), emergency_before.eq(self.emergency),
+        limits_before = Signal.like(self.limits)
+        emergency_before, door_before = Signal(), Signal()
+        m.d.sync += [limits_before.eq(self.limits), emergency_before.eq(self.emergency),
                      door_before.eq(self.door)]
+        opens = Signal()  # the door
+        m.d.comb += opens.eq(came[RealtimeCode.DOOR] | (self.door & ~door_before))
         alarm = Signal(AlarmCode)  # that begins in this clock
         of_probing = (alarm == AlarmCode.PROBE_INITIAL) | (alarm == AlarmCode.PROBE_CONTACT)
 
@@ -213,13 +233,18 @@ class GCodeControl(wiring.Component):
             m.d.sync += wants[GCodeMessage.SLEEPING].eq(1)
             m.next = "SLEEP"
 
-        with m.If(self.restoring):
-            m.d.sync += wants[GCodeMessage.RESTORING].eq(1)
+        for message, said in ((GCodeMessage.RESTORING, self.restoring),
+                              (GCodeMessage.PROGRAM_END, self.ended)):
+            with m.If(said):
+                m.d.sync += wants[message].eq(1)
         with m.FSM(name="control_state", init="START") as fsm:
             with m.State("START"):
                 m.d.sync += [powered.eq(1), wants[GCodeMessage.GREETING].eq(1)]
                 m.next = "IDLE"
-                with m.If(alarmed | (self.locked_start & ~powered)):
+                at_limit = self.limits.any() & self.hard
+                with m.If(at_limit):
+                    m.d.sync += wants[GCodeMessage.CHECK_LIMITS].eq(1)
+                with m.If(alarmed | (self.locked_start & ~powered) | at_limit):
                     m.d.sync += [alarmed.eq(1), wants[GCodeMessage.LOCKED].eq(1)]
                     m.next = "ALARM"
 
@@ -255,7 +280,7 @@ class GCodeControl(wiring.Component):
                 with m.If(cancelling & self.standing):
                     m.next = "IDLE"
                     with m.If(door_next | asks_door):
-                        open_door()
+                        m.next = "DOOR"
                 with m.Elif(asks_door | asks_hold | came[RealtimeCode.JOG_CANCEL]):
                     m.d.sync += cancelling.eq(1)
                 with m.Elif(~cancelling & ~self.moving):
@@ -268,9 +293,7 @@ class GCodeControl(wiring.Component):
                     m.next = "IDLE"
 
             with m.State("DOOR"):
-                with m.If(came[RealtimeCode.DOOR] | (self.door & ~door_before)):
-                    open_door()
-                with m.Elif(asks_resume & self.standing & ~self.door):
+                with m.If(~opens & asks_resume & self.standing & ~self.door):
                     m.next = "RENEW"
 
             with m.State("RENEW"):
@@ -314,6 +337,11 @@ class GCodeControl(wiring.Component):
 
         m.d.comb += self.fault.eq(leave_unused_codes(m, fsm, fault="FAULT"))
 
+        with m.If(opens & within("JOG", "DOOR", "SLEEP")):
+            m.d.sync += wants[GCodeMessage.CHECK_DOOR].eq(1)
+        with m.If(self.respun & ~within("RENEW")):
+            m.d.sync += wants[GCodeMessage.RESTORING_SPINDLE].eq(1)
+
         # In any state, the most urgent last.
         with m.If(asks_reset):
             m.d.sync += resetting.eq(1)
@@ -328,7 +356,7 @@ class GCodeControl(wiring.Component):
                 m.d.comb += stops.eq(1)
                 with m.If(~within("HOME")):
                     m.d.comb += alarm.eq(AlarmCode.ABORTED)
-            with m.If(self.hard_limit & ~limit_before & ~within("HOME")):
+            with m.If((self.limits & ~limits_before).any() & self.hard & ~within("HOME")):
                 m.d.comb += [alarm.eq(AlarmCode.HARD_LIMIT), breaks.eq(1)]
         with m.If(self.emergency & (~emergency_before | within("START"))):
             m.d.comb += [alarm.eq(AlarmCode.EMERGENCY), breaks.eq(1)]
@@ -345,11 +373,13 @@ class GCodeControl(wiring.Component):
                 m.d.sync += cancelling.eq(1)
             with m.If(~self.reset):
                 m.d.sync += fsm.state.eq(fsm.encoding["ALARM"])
+                with m.If(within("HOME") & ~breaks & (alarm != AlarmCode.HARD_LIMIT)):
+                    m.d.sync += resetting.eq(1)
             with m.If(~self.alarms.valid | self.alarms.ready):
                 m.d.sync += [self.alarms.valid.eq(1), self.alarms.payload.eq(alarm)]
         with m.If(stops | breaks):
             m.d.sync += stopped.eq(1)
-        with m.If(breaks):
+        with m.If(breaks | (alarm == AlarmCode.SOFT_LIMIT)):
             m.d.sync += [critical.eq(1), wants[GCodeMessage.RESET_TO_CONTINUE].eq(1)]
 
         m.d.comb += [
@@ -375,9 +405,10 @@ class GCodeControl(wiring.Component):
     def _announce(self, m: Module) -> dict[GCodeMessage, Signal]:
         """Send messages; return a register for each, to be set by what comes after."""
         wants = {message: Signal(name=f"wants_{message.name.lower()}") for message in (
-            GCodeMessage.GREETING, GCodeMessage.LOCKED, GCodeMessage.RESET_TO_CONTINUE,
-            GCodeMessage.CHECK_DOOR, GCodeMessage.UNLOCKED, GCodeMessage.ENABLED,
-            GCodeMessage.DISABLED, GCodeMessage.SLEEPING, GCodeMessage.RESTORING)}
+            GCodeMessage.GREETING, GCodeMessage.CHECK_LIMITS, GCodeMessage.LOCKED,
+            GCodeMessage.RESET_TO_CONTINUE, GCodeMessage.CHECK_DOOR, GCodeMessage.UNLOCKED,
+            GCodeMessage.ENABLED, GCodeMessage.DISABLED, GCodeMessage.SLEEPING,
+            GCodeMessage.RESTORING, GCodeMessage.RESTORING_SPINDLE, GCodeMessage.PROGRAM_END)}
         with m.If(self.alarms.ready):
             m.d.sync += self.alarms.valid.eq(0)
         with m.If(~self.messages.valid | self.messages.ready):

@@ -1,10 +1,11 @@
 """The homing cycle: each axis to its switch, which tells where it is."""
 
-from amaranth import Array, Cat, Module, Mux, Signal, unsigned
+from amaranth import Array, Cat, Const, Module, Mux, Signal, unsigned
 from amaranth.lib import enum, wiring
 from amaranth.lib.wiring import In, Out
 
 from ..checks import in_range
+from ..choice import look_up
 from ..fsm import leave_unused_codes
 from .gcode_control import AlarmCode
 from .gcode_planner import HOMING, LENGTH_BITS, HomingRequest
@@ -43,6 +44,8 @@ class GCodeHoming(wiring.Component):
     switch once more at the speed of $24, and pulls off again. Behind each of these motions, before
     the next, it stands for the time of $26, and looks at no switch.
 
+    A cycle of ``only`` one axis is what it does of that axis.
+
     With `simple` the cycle is that of the thesis' firmware: X, then Y, seeks its switch once, and
     goes back to where that closed, which is 0, whichever end it is; then Z is 0 where it is.
 
@@ -70,6 +73,8 @@ class GCodeHoming(wiring.Component):
     -------
     start : In(1)
         Begin. Only in IDLE and ALARM of the control, while nothing moves.
+    only : In(2)
+        The axis that homes alone, or 3: all do. Constant from ``start`` on. Not with `simple`.
     active, done : Out(1)
         A cycle goes on, from the clock after ``start``; it is through, one clock, in which
         ``active`` is still 1.
@@ -118,6 +123,7 @@ class GCodeHoming(wiring.Component):
         self.simple, self.squared_axis = simple, squared_axis
         self.begins_within = in_range("begins_within", begins_within, 1, START)
         super().__init__({
+            **({} if simple else {"only": In(2)}),
             "start": In(1), "active": Out(1), "done": Out(1), "allowed": In(1),
             "failure": Out(AlarmCode), "switches": In(3), "lower": In(3),
             "request": Out(HOMING), "homed": In(1), "moving": In(1), "standing": In(1),
@@ -139,6 +145,10 @@ class GCodeHoming(wiring.Component):
         seeks = Signal()
         rests = Signal()  # what switches do has no meaning yet
         located = Signal()
+        first, last = Const(0, 2), turn == len(order) - 1
+        if not self.simple:
+            first = look_up([order.index(axis) for axis in range(len(order))] + [0], self.only, 2)
+            last |= self.only != 3
         m.d.comb += [
             self.axis.eq(Array(order)[turn]), request.axis.eq(self.axis),
             switch.eq(self.switches.bit_select(self.axis, 1)),
@@ -175,7 +185,7 @@ class GCodeHoming(wiring.Component):
         with m.FSM(name="homing_state") as fsm:
             with m.State("IDLE"):
                 m.d.comb += self.active.eq(0)
-                m.d.sync += [turn.eq(0), located.eq(0)]
+                m.d.sync += [turn.eq(first), located.eq(0)]
                 with m.If(self.start):
                     m.next = "ASK"
             with m.State("ASK"):
@@ -227,7 +237,7 @@ class GCodeHoming(wiring.Component):
                         with m.Elif(~located):
                             m.d.sync += located.eq(1)
                             follow_later(_Phase.LOCATE)
-                    with m.Elif(turn == len(order) - 1):
+                    with m.Elif(last):
                         m.next = "RESTART"
                     with m.Else():
                         m.d.sync += [turn.eq(turn + 1), located.eq(0)]

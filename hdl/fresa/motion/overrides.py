@@ -59,6 +59,8 @@ class Overrides(wiring.Component):
         In percent.
     outputs : Out(Outputs)
         What is on.
+    respun : Out(1)
+        A spindle that was stopped so turns again, for one clock.
     coolant : Out(1)
         Flood or mist is to be on, whether it is off by ``coolant_off`` or not.
     changed : Out(1)
@@ -79,6 +81,7 @@ class Overrides(wiring.Component):
     rapid: Out(OVERRIDE_BITS, init=NORMAL)
     spindle: Out(OVERRIDE_BITS, init=NORMAL)
     outputs: Out(Outputs)
+    respun: Out(1)
     coolant: Out(1)
     changed: Out(1)
 
@@ -150,7 +153,11 @@ class Overrides(wiring.Component):
             with m.Elif(self.switches & self.command & (self.code == which.value)):
                 m.d.sync += switched.eq(~switched)
         off = stopped | self.spindle_off
+        was_stopped = Signal()
+        m.d.sync += was_stopped.eq(stopped)
         m.d.comb += [
+            self.respun.eq(was_stopped & ~stopped
+                           & (program.clockwise | program.counter_clockwise)),
             self.coolant.eq(Cat(wanted).any()),
             self.outputs.clockwise.eq(program.clockwise & ~off),
             self.outputs.counter_clockwise.eq(program.counter_clockwise & ~off),

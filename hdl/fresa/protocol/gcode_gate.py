@@ -26,8 +26,15 @@ JOG = "J="
 STORES = ("N0=", "N1=", "I=")
 """What begins a line whose rest is stored, behind its ``$``: the first two bring G-code."""
 
-COMMANDS = ("X", "H", "$", "C", "SLP", "RST=$", "RST=#", "RST=*", JOG, *LISTS, *STORES)
+HOMING = {"H": 3, "HX": 0, "HY": 1, "HZ": 2}
+"""Lines of homing cycles, behind their ``$``: of all axes, and of one."""
+
+COMMANDS = ("X", *HOMING, "$", "C", "SLP", "RST=$", "RST=#", "RST=*", JOG, *LISTS, *STORES)
 """System lines that are a text of their own, behind their ``$``, or begin so."""
+
+ANY_TIME, AT_REST = "$GCXJ", "#HSIRN"
+"""What is behind the ``$`` of lines that are refused also while it moves, and of others that need
+no number there."""
 
 NO_SETTING = 255
 """A number that no setting may have: it stands for those that are larger."""
@@ -43,14 +50,15 @@ class GCodeGate(wiring.Component):
     ==========  ================================  ===============================================
     line        does                              is refused
     ==========  ================================  ===============================================
-    $X          unlocks
+    $X          unlocks                           with 13 during an alarm with the door open
     $ $G        list what there is, and modes
     $C          begins check mode, or ends it     with 8 unless at rest and not locked, or checking
                 with a reset
-    $$          lists all settings                with 8 unless at rest or checking
+    $$          lists all settings                with 8 unless at rest, checking or jogging
     $# $I $N    list coordinates, the build, and  with 8 unless at rest
                 lines run at a start
-    $H          carries out a homing cycle        with 5 if $22 is 0, 8 unless at rest
+    $H          carries out a homing cycle, of    with 5 if $22 is 0, 13 with the door open, 8
+    $HX HY HZ   all axes or of one                unless at rest
     $SLP        sleeps                            with 8 unless at rest
     $RST=$ # *  make settings, coordinates, or    with 8 unless at rest
                 both what they were at power-up,
@@ -62,10 +70,12 @@ class GCodeGate(wiring.Component):
     $n=value    changes a setting                 with 8 unless at rest; see below
     ==========  ================================  ===============================================
 
-    and any other is refused with 3. Settings are refused, and stay as they were: with 3 if there is
-    none of that number, 4 if the value is too low, 38 if it is too high, or not whole where it has
-    to be, 10 for soft limits without homing, and 12 if the drivers could not make the highest
-    speed. A value is rounded to thousandths. Without homing, $22=0, there are no soft limits.
+    and any other with 8 unless at rest, or with 2 if no number is where one has to be, or with 3.
+    But one that begins as one of the first, or as ``$$``, ``$C`` or ``$J``, is not refused with 8.
+    Settings are refused, and stay as they were: with 3 if there is none of that number, 4 if the
+    value is too low, 38 if it is too high, or not whole where it has to be, 10 for soft limits
+    without homing, and 12 if the drivers could not make the highest speed. A value is rounded to
+    thousandths. Without homing, $22=0, there are no soft limits.
 
     A line of G-code is refused with 9 during an alarm, in sleep, and while a jog is made, whatever
     is wrong with it, unless bytes of it are lost. It is judged by what the machine does when its
@@ -83,6 +93,8 @@ class GCodeGate(wiring.Component):
         Those of the store, $20 and $22 among them.
     stores : bool
         It has lines that are stored; otherwise they are refused with 3.
+    homes_one : bool
+        It homes single axes; otherwise that is refused with 3.
 
     Members
     -------
@@ -103,6 +115,11 @@ class GCodeGate(wiring.Component):
         Nothing moves, or will by lines that are answered, and it is in IDLE or ALARM.
     stopped : In(1)
         Nothing moves until a reset: ``$X``, ``$H`` and ``$SLP`` are refused.
+    door : In(1)
+        The door is open.
+    waiting : In(1)
+        The last action is one for which GRBL waits before it answers. So a system line waits here
+        until it is at rest; but not while it is locked or in check mode.
     settling : In(1)
         What was done before is not complete: `resting` says nothing yet.
     unlock : Out(1)
@@ -118,8 +135,8 @@ class GCodeGate(wiring.Component):
         Make the word of an `Operand` 0.
     listing, list, all_listed : Out(1), Out(GCodeList), In(1)
         Begin a list, one clock; which; it is through, one clock.
-    home, homed : Out(1), In(1)
-        Begin a homing cycle, one clock; it is through, one clock.
+    home, homes, homed : Out(1), Out(2), In(1)
+        Begin a homing cycle, one clock; of which axis, or of all, 3; it is through, one clock.
     address, value : Out(6), In(27)
         The store of settings, for reading, see :class:`GCodeSettingStore`; ``address`` is a
         register.
@@ -141,7 +158,7 @@ class GCodeGate(wiring.Component):
     """
 
     def __init__(self, *, width: int = 44, settings: Sequence[GCodeSetting] = SETTINGS,
-                 stores: bool = True) -> None:
+                 stores: bool = True, homes_one: bool = True) -> None:
         self.width = in_range("width", width, 8, 64)
         numbers = [each.number for each in settings]
         for number in 20, 22:
@@ -149,18 +166,19 @@ class GCodeGate(wiring.Component):
                 raise ValueError(f"there must be a setting ${number}")
         self.settings = tuple(settings)
         self.soft, self.homing = numbers.index(20), numbers.index(22)
-        self.commands = COMMANDS if stores else COMMANDS[:-len(STORES)]
+        without = [*STORES] * (not stores) + [*HOMING][1:] * (not homes_one)
+        self.commands = tuple(each for each in COMMANDS if each not in without)
         index = range(len(settings))
         super().__init__({
             "words": In(stream.Signature(gcode_layout(width))),
             "passed": Out(stream.Signature(gcode_layout(width))),
             "answered": In(1), "accepted": In(1), "slot": Out(2), "writing": Out(1),
             "keep": Out(1), "too_long": In(1), "locked": In(1), "jogging": In(1), "resting": In(1),
-            "settling": In(1), "stopped": In(1), "unlock": Out(1), "checking": Out(1),
-            "sleep": Out(1), "restart": Out(1), "restoring": Out(1),
-            "restoring_texts": Out(1), "erase": Out(1), "erase_address": Out(6),
-            "listing": Out(1), "list": Out(GCodeList),
-            "all_listed": In(1), "home": Out(1), "homed": In(1),
+            "settling": In(1), "waiting": In(1), "stopped": In(1), "door": In(1),
+            "unlock": Out(1), "checking": Out(1), "sleep": Out(1), "restart": Out(1),
+            "restoring": Out(1), "restoring_texts": Out(1), "erase": Out(1),
+            "erase_address": Out(6), "listing": Out(1), "list": Out(GCodeList),
+            "all_listed": In(1), "home": Out(1), "homes": Out(2, init=3), "homed": In(1),
             "address": Out(index), "value": In(SETTING_BITS), "number": In(8), "decimal": In(1),
             "least": In(1), "most": In(SETTING_BITS), "initial": In(SETTING_BITS),
             "write_address": Out(index), "data": Out(SETTING_BITS), "trial": Out(1),
@@ -175,6 +193,11 @@ class GCodeGate(wiring.Component):
         stalls = Signal()  # a system line, until one that brings a text is answered
         line, known, jog, stored = self._line(m, ends, taken, stalls)
         lists = Cat(known[each] for each in LISTS)
+        homes = Cat(known[each] for each in HOMING if each in known)
+        for each, axis in HOMING.items():
+            if each in known:
+                with m.If(known[each]):
+                    m.d.comb += self.homes.eq(axis)
         restores_settings = known["RST=$"] | known["RST=*"]
         restores = restores_settings | known["RST=#"]
         restarts = Signal()  # when it is answered
@@ -197,6 +220,7 @@ class GCodeGate(wiring.Component):
         number = Signal(2)  # of the text that the line brings
         stores = Signal.like(number)  # that of the line that is to be answered
         good = item.status == GCodeStatus.GOOD
+        other = ~(Cat(known.values()).any() | line.sets)
         m.d.comb += [
             ends.eq(item.kind == GCodeKind.END),
             swallowed.eq(item.system & ~ends & ~((jog | stored[:2].any())
@@ -253,11 +277,13 @@ class GCodeGate(wiring.Component):
                 with m.If(self.words.valid & waits & ~open_ & ~self.settling):
                     m.next = "JUDGE"
             with m.State("JUDGE"):
-                with m.If(self.settling):
+                with m.If(self.settling | (self.waiting & ~self.resting & ~self.locked
+                                           & ~self.checking)):
                     m.next = "PASS"
                 with m.Else():
                     with m.If(known["X"] & ~self.stopped):
-                        answer(GCodeStatus.GOOD)
+                        answer(Mux(self.locked & self.door, GCodeStatus.DOOR_OPEN,
+                                   GCodeStatus.GOOD))
                     with m.Elif(known[""] | known["G"]):
                         m.next = "BEGIN_LIST"
                     with m.Elif(known["C"] & self.checking):
@@ -272,10 +298,10 @@ class GCodeGate(wiring.Component):
                             answer(GCodeStatus.TEXT_TOO_LONG)
                         with m.If(~self.resting | (self.locked & stored[:2].any())):
                             answer(GCodeStatus.NOT_IDLE)
-                    with m.Elif(~(Cat(known.values()).any() | line.sets)):
-                        answer(GCodeStatus.UNSUPPORTED)
-                    with m.Elif(~(self.resting | (known["$"] & self.checking))
-                                | ((known["X"] | known["H"] | known["SLP"]) & self.stopped)
+                    with m.Elif(other & (self.resting | line.any_time)):
+                        answer(Mux(line.unread, GCodeStatus.NO_NUMBER, GCodeStatus.UNSUPPORTED))
+                    with m.Elif(~(self.resting | (known["$"] & (self.checking | self.jogging)))
+                                | ((known["X"] | homes.any() | known["SLP"]) & self.stopped)
                                 | (known["C"] & self.locked)):
                         answer(GCodeStatus.NOT_IDLE)
                     with m.Elif(known["C"]):
@@ -284,7 +310,7 @@ class GCodeGate(wiring.Component):
                     with m.Elif(known["SLP"]):
                         m.d.sync += sleeps.eq(1)
                         answer(GCodeStatus.GOOD)
-                    with m.Elif(known["H"]):
+                    with m.Elif(homes.any()):
                         m.d.sync += self.address.eq(self.homing)
                         m.next = "ASK"
                     with m.Elif(lists.any()):
@@ -338,6 +364,8 @@ class GCodeGate(wiring.Component):
             with m.State("HOME"):
                 with m.If(zero):
                     answer(GCodeStatus.NO_HOMING)
+                with m.Elif(self.door):
+                    answer(GCodeStatus.DOOR_OPEN)
                 with m.Else():
                     m.d.comb += self.home.eq(1)
                     m.next = "HOMING"
@@ -429,7 +457,9 @@ class GCodeGate(wiring.Component):
         number = item.number
         line = Signal(data.StructLayout({
             "sets": 1, "number": 8, "value": SETTING_BITS, "whole": WHOLE,
-            "negative": 1, "overflow": 1, "integer": 1}))
+            "negative": 1, "overflow": 1, "integer": 1,
+            # Of a line that is none: it may be judged at any time; a number is not there
+            "any_time": 1, "unread": 1}))
         # How far a setting is: nothing, $, digits, =, a number; or something else
         place = Signal(3)
         # What the line is so far, if a command begins so: each is the one before it, and one more
@@ -455,16 +485,20 @@ class GCodeGate(wiring.Component):
                     with m.Case(0):
                         m.d.sync += place.eq(1)
                     with m.Case(1):
+                        any_time, others = (Cat(character == ord(each) for each in letters).any()
+                                            for letters in (ANY_TIME, AT_REST))
+                        m.d.sync += [line.any_time.eq(any_time),
+                                     line.unread.eq(~(any_time | others | numeric))]
                         with m.If(digit):
                             m.d.sync += place.eq(2)
                     with m.Case(2):
                         with m.If(digit):
                             m.d.sync += place.eq(2)
                         with m.If(character == ord("=")):
-                            m.d.sync += place.eq(3)
+                            m.d.sync += [place.eq(3), line.unread.eq(1)]
                     with m.Case(3, 4):
                         with m.If(numeric & ~line.sets):
-                            m.d.sync += place.eq(4)
+                            m.d.sync += [place.eq(4), line.unread.eq(0)]
             with m.Elif(place == 2):  # the number has ended
                 m.d.sync += line.number.eq(Mux(number.whole[8:].any(), NO_SETTING, number.whole))
             with m.Elif((place == 4) & (character == ord("="))):

@@ -144,6 +144,8 @@ class GCodeInterpreter(wiring.Component):
         The quotient then, and 0 from two clocks after it on, between two lines.
     erase, erase_address : In(1), In(6)
         Make the word at an address 0. Between two lines.
+    ending : Out(1)
+        M2 or M30 is being done, and resets the modes: from before its last actions to its answer.
     fault : Out(1)
         A state register was upset. Stays until reset.
 
@@ -167,7 +169,7 @@ class GCodeInterpreter(wiring.Component):
             "modes": Out(GCodeModes), "feed_zero": Out(1, init=1), "shown_address": In(6),
             "divide": In(1), "division": In(GCodeDivision), "divided": Out(1),
             "shown": Out(signed(self.width)), "erase": In(1), "erase_address": In(6),
-            "fault": Out(1),
+            "ending": Out(1), "fault": Out(1),
         })
 
     def elaborate(self, platform) -> Module:
@@ -185,7 +187,7 @@ class GCodeInterpreter(wiring.Component):
         error = Signal(8)
         begun = Signal()  # a word of the line is there
         offered, read = Signal(), Signal()  # the item that is there was so a clock ago, and two
-        ending = Signal()  # M2 or M30 is done, and resets the modes
+        ending = self.ending
         awaits = Signal()  # the end of a probing
         starting = Signal(init=1)  # after a reset
         total = Signal(CoordinateSum, init=CoordinateSum.CLEAR_OFFSET)
@@ -311,6 +313,8 @@ class GCodeInterpreter(wiring.Component):
                             refuse(collected.error)
                         with m.Elif(status.as_value() != 0):
                             refuse(status.as_value())
+                        with m.Elif(~begun & ~self.words.p.system):  # nothing is in the line
+                            m.next = "ANSWER"
 
             with m.State("CHECK_WORDS"):
                 m.d.sync += converts.eq((words_error == 0) & ~line.too_long)

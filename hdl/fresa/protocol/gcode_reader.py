@@ -41,6 +41,7 @@ class GCodeStatus(enum.Enum, shape=unsigned(6)):
     NEEDS_HOMING = 10  # soft limits without homing
     DAMAGED = 11  # bytes were lost or damaged; GRBL's error of a line that is too long
     TOO_FAST = 12  # the drivers cannot make the highest speed
+    DOOR_OPEN = 13  # homing, or the end of an alarm, with the door open
     TEXT_TOO_LONG = 14  # what is to be stored has too many characters
     TOO_LARGE = 38  # a setting that is too high
 

@@ -46,6 +46,8 @@ class GCodeMessage(enum.Enum, shape=4):
     PROGRAM_END = 7
     SLEEPING = 8
     RESTORING = 9
+    CHECK_LIMITS = 10
+    RESTORING_SPINDLE = 11
 
 
 class ReportNumber(IntEnum):
@@ -74,6 +76,8 @@ NOTICES = {
     GCodeMessage.PROGRAM_END: b"Pgm End",
     GCodeMessage.SLEEPING: b"Sleeping",
     GCodeMessage.RESTORING: b"Restoring defaults",
+    GCodeMessage.CHECK_LIMITS: b"Check Limits",
+    GCodeMessage.RESTORING_SPINDLE: b"Restoring spindle",
 }
 
 # In texts a byte 10kknnnn stands for the number n, with decimals by its kind k, or for the stored
@@ -101,7 +105,7 @@ FIRST_FIELDS = tuple(
 """First field of a report, by what it is to show."""
 
 FURTHER_FIELDS = (
-    b"|Pn:" + bytes(0x80 | letter for letter in b"XYZPDHRS"),
+    b"|Pn:" + bytes(0x80 | letter for letter in b"PXYZDRHS"),
     b"|WCO:%c,%c,%c" % ORIGIN,
     b"|Ov:%c,%c,%c" % OVERRIDES,
     b"|A:" + bytes(0x80 | letter for letter in b"SCFM"),
@@ -115,11 +119,12 @@ MESSAGES, STATES, FIRST, LISTS = 0, 16, 28, 32
 """Numbers of the first texts of messages, states, first fields and lists: their own are the low
 bits."""
 
-BREAK = MESSAGES + len(GCodeMessage)
-"""Number of that of a line whose rest does not come; further fields are behind it."""
+OK, ERROR, ALARM, BREAK = range(MESSAGES + len(GCodeMessage), STATES)
+"""Numbers of answers, alarms, and the end of a line whose rest does not come."""
 
-OK, ERROR, ALARM = range(STATES + len(GCodeState), FIRST)
-"""Numbers of the others."""
+FIELDS = (*range(STATES + len(GCodeState), FIRST),
+          *range(LISTS + len(GCodeText), LISTS + len(GCodeText) + 2))
+"""Those of `FURTHER_FIELDS`: what is left between the others, as each number takes room."""
 
 REFRESH_ORIGIN, REFRESH_OVERRIDES, REFRESH_AT_REST = 30, 20, 10
 """Reports from one with that field to the next, in a state in which something may move; and in
@@ -220,7 +225,7 @@ class GCodeReporter(wiring.Component):
     free_blocks, free_bytes : In(8)
         Room in the queue of blocks and in the buffer of bytes.
     pins : In(8)
-        Pins that are on: X, Y and Z limits, probe, door, hold, reset, start.
+        Pins that are on: probe, X, Y and Z limits, door, reset, hold, start.
     stored, stored_wanted, stored_text : Out(2), Out(1), In(stream.Signature(LineItem))
         The stored text of a number, wanted until its end has come.
     bytes : Out(stream.Signature(8))
@@ -441,7 +446,8 @@ class GCodeReporter(wiring.Component):
                         m.next = "PART"
                     for number in reversed(range(len(fields))):
                         with m.If(fields[number]):
-                            m.d.sync += text.eq(BREAK + number if number else FIRST + self.shown)
+                            m.d.sync += text.eq(FIELDS[number - 1] if number
+                                                else FIRST + self.shown)
                             m.next = "ASK"
                     with m.If(fields[:HAS_ACCESSORIES + 1] == 1 << HAS_ACCESSORIES):
                         m.d.sync += pins.eq(accessories)
@@ -487,21 +493,22 @@ def _texts(greeting: bytes, build: bytes, stored: Sequence[bytes]) -> list[bytes
     for state in (GCodeState.HOLD, GCodeState.DOOR):
         states[state] += b":%c" % CODE
     end = b"\r\n"
-    texts: list[bytes] = []
-    for first, others in (
-            (MESSAGES, [messages[each] + end for each in GCodeMessage]),
-            (BREAK, [end, *FURTHER_FIELDS]), (STATES, [states[state] for state in GCodeState]),
-            (OK, [b"ok" + end, b"error:%c" % CODE + end, b"ALARM:%c" % CODE + end]),
-            (FIRST, FIRST_FIELDS),
-            (LISTS, [_lists(build, stored)[text] for text in GCodeText])):
-        texts += [*[end] * (first - len(texts)), *others]  # numbers between have any
-    return texts
+    texts = dict(enumerate(
+        (*(messages[each] + end for each in GCodeMessage),
+         b"ok" + end, b"error:%c" % CODE + end, b"ALARM:%c" % CODE + end, end), MESSAGES))
+    for first, others in ((STATES, [states[state] for state in GCodeState]),
+                          (FIRST, FIRST_FIELDS),
+                          (LISTS, [_lists(build, stored)[text] for text in GCodeText])):
+        texts |= dict(enumerate(others, first))
+    texts |= dict(zip(FIELDS, FURTHER_FIELDS, strict=True))
+    return [texts[number] for number in range(len(texts))]
 
 
 def _lists(build: bytes, stored: Sequence[bytes]) -> dict[GCodeText, bytes]:
     """Return what parts of lists say."""
     return {
-        GCodeText.HELP: b"[HLP:$$ $# $G $I $N $x=val $J=line $SLP $C $X $H $RST= ~ ! ? ctrl-x]\r\n",
+        GCodeText.HELP: b"[HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H ~ ! ? "
+                        b"ctrl-x]\r\n",
         GCodeText.BUILD: build,
         GCodeText.STARTUP: b"$N0=%b\r\n$N1=%b\r\n" % (stored[1], stored[2]),
         GCodeText.RAN_FIRST: b">%b:ok\r\n" % stored[1],

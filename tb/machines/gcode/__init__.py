@@ -39,7 +39,7 @@ def _explore(engine: Engine) -> None:
 def _real(clock: int, *, steps: Sequence[str], rate: Sequence[str], acceleration: Sequence[str],
           deviation: str, settings: str, program: str, kinematics: str,
           second_motor: str | None, dialect: str, probing: str | None, startup: Sequence[str],
-          startup_lines: str | None, **values: int):
+          startup_lines: str | None, single_axes: str | None, **values: int):
     each = {name: tuple(read_number(f"--{name}", text) for text in texts)
             for name, texts in (("steps", steps), ("rate", rate), ("acceleration", acceleration))}
     probes = probing != "no"
@@ -51,6 +51,7 @@ def _real(clock: int, *, steps: Sequence[str], rate: Sequence[str], acceleration
         program=read_program(program, dialect, startup=first, probing=probes,
                              steps_per_mm=each["steps"]),
         dialect=dialect, probing=probes, startup=first, startup_lines=startup_lines != "no",
+        single_axes=single_axes != "no",
         **values)}
 
 
@@ -62,7 +63,8 @@ def _figures(clock: int, made: Options, **values: Any):
     settings: GCodeSettings = made["settings"]
     fastest = max(float(rate * steps) / 60 for rate, steps in zip(
         settings.max_rate, settings.steps_per_mm, strict=True))
-    return {**values, "clock": clock, "probing": settings.probes, "startup_lines": settings.stores,
+    return {**values, "clock": clock, "probing": settings.probes,
+            "startup_lines": settings.stores, "single_axes": settings.homes_one,
             "most_steps_per_s": round(fastest)}, (
         f"clock {clock / 1e6:g} MHz; {settings.line_baud} baud; up to {fastest:.0f} steps/s; "
         f"{settings.depth} blocks of look-ahead")
@@ -73,7 +75,7 @@ def _second_switch(*, second_motor: str | None, **options: Any):
 
 
 SMALL = ("nexys2-500",)
-"""Boards whose FPGA holds it only without probing and startup lines."""
+"""Boards whose FPGA holds it only without probing, startup lines, and homing of single axes."""
 
 OPTIONS = (
     Option("dialect", "what its lines are: those of GRBL 1.1, or those of the thesis' firmware, "
@@ -104,6 +106,9 @@ OPTIONS = (
     Option("startup", "lines that are run at every start until $N0= and $N1= change them, such as "
            "'G21 G90' '' (default: none)", ("", ""), metavar=("LINE", "LINE"), serve=True),
     Option("startup_lines", "$N0= and $N1=, and the text of $I=; without them it is smaller "
+           f"(default: yes, but no on {' and '.join(SMALL)})", None, choices=("yes", "no"),
+           serve=True),
+    Option("single_axes", "$HX, $HY and $HZ, which home one axis; without them it is smaller "
            f"(default: yes, but no on {' and '.join(SMALL)})", None, choices=("yes", "no"),
            serve=True),
     Option("program", "a file of G-code that goes into the bitstream, for the start button to run "
@@ -159,7 +164,7 @@ MACHINE = Machine(
     without=dict.fromkeys(("netlist", "netlist-icarus"),
                           "it takes block RAMs, of which Yosys has no model"),
     options=OPTIONS, real=_real, inverted=_inverted, figures=_figures,
-    on_boards=dict.fromkeys(SMALL, {"probing": "no", "startup_lines": "no"}),
+    on_boards=dict.fromkeys(SMALL, {"probing": "no", "startup_lines": "no", "single_axes": "no"}),
     serve=Serve("three axes; G-code such as  G1 X10 F300  and Return,  ?  for the state",
                 switches=lambda **options: ("X-", "Y-", "Z-"), further_switches=_second_switch,
                 contacts=("stop", "door", "hold", "start", "abort", "probe", "motor_fault"),

@@ -24,6 +24,8 @@ from tb.uart import Decoder
 pytestmark = pytest.mark.compiler
 
 GREETING = "Grbl 1.1h ['$' for help]"
+HELP = "[HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H ~ ! ? ctrl-x]"
+CHECK_LIMITS = "[MSG:Check Limits]"
 LOCKED, UNLOCKED = "[MSG:'$H'|'$X' to unlock]", "[MSG:Caution: Unlocked]"
 STEPS = 80
 SETTINGS = GCodeSettings(
@@ -375,9 +377,9 @@ class Switches(Session):
 HOMED = ["$22=1", "$23=2", "$24=1500", "$25=3000", "$27=0.4", "$130=20", "$131=15", "$132=5"]
 
 
-def _home(session: Session) -> None:
-    """Send $H, and wait until it is answered."""
-    assert session.send("$H\n", wait=False) == []
+def _home(session: Session, line: str = "$H") -> None:
+    """Send a line for homing, and wait until it is answered."""
+    assert session.send(f"{line}\n", wait=False) == []
     while not (answers := session.send("", wait=False)):
         assert session.engine.clock < 40_000_000
     assert answers == ["ok"]
@@ -403,11 +405,12 @@ def test_homing_finds_the_place_and_soft_limits_keep_to_it(design):
         assert session.send("G53Z-0.4\n") == ["ok"]
         assert session.send("$20=1\nG53G0X-20Y-15\n") == ["ok", "ok"]
         assert session.position[:2] == [-1600, -600]
-        assert session.send("G53G0X-20.001\n") == ["ALARM:2"]
+        assert session.send("G53G0X-20.001\n") == ["ALARM:2", "[MSG:Reset to continue]"]
         assert session.send("G53G0X-1\n") == ["error:9"]
         assert session.state()[0] == "Alarm"
-        assert session.send("G0X-1\n$X\n$20=0\nG53G0X-20.1\n") == [
-            "error:9", UNLOCKED, "ok", "ok", "ok"]
+        assert session.send("G0X-1\n$X\n") == ["error:9", "error:8"]
+        assert session.send("\x18", wait=False) == [GREETING, LOCKED]
+        assert session.send("$X\n$20=0\nG53G0X-20.1\n") == [UNLOCKED, "ok", "ok", "ok"]
         assert session.position[0] == -1608
         assert not engine.get("fault")
 
@@ -427,10 +430,10 @@ def test_lists_say_what_the_machine_has(session):
     assert [line[1:4] for line in listed[:-1]] == [
         "G54", "G55", "G56", "G57", "G58", "G59", "G28", "G30", "G92", "TLO", "PRB"]
     assert _listed(session, "$I\n$N\n") == [
-        "[VER:1.1h.20190830:]", "[OPT:VM+,63,128]",
+        "[VER:1.1h.20190830:]", "[OPT:VMH+,63,128]",
         "[MSG:Settings and coordinates last until power-off]", "ok",
         "$N0=", "$N1=", "ok"]
-    assert session.send("$\n")[0].startswith("[HLP:$$ $# $G $I $N ")
+    assert session.send("$\n")[0] == HELP
     assert "|Bf:63,128|" in session.send("?", wait=False)[0]
     assert session.send("G1X2F1\n$G\n$#\n", wait=False)[1:] == [
         "[GC:G1 G55 G17 G20 G90 G93 M4 M8 T7 F1 S251]", "ok", "error:8"]
@@ -438,9 +441,9 @@ def test_lists_say_what_the_machine_has(session):
 
 
 @pytest.mark.parametrize(("options", "letters"), [
-    ({}, "VM+"), ({"dialect": "thesis"}, ""), ({"kinematics": "corexy"}, "VMC+"),
-    ({"dialect": "thesis", "kinematics": "corexy"}, "C"), ({"second_motor": "y"}, "VM+2"),
-    ({"kinematics": "corexy", "second_motor": "z"}, "VMC+2")])
+    ({}, "VMH+"), ({"dialect": "thesis"}, ""), ({"kinematics": "corexy"}, "VMCH+"),
+    ({"dialect": "thesis", "kinematics": "corexy"}, "C"), ({"second_motor": "y"}, "VMH+2"),
+    ({"kinematics": "corexy", "second_motor": "z"}, "VMCH+2"), ({"single_axes": False}, "VM+")])
 def test_letters_of_the_build(options, letters):
     assert GCodeSettings(**options).options == letters
 
@@ -709,10 +712,147 @@ def test_homing_that_finds_no_switch_is_an_alarm(design):
     with CXXRTLEngine(design) as engine:
         session = Session(engine)
         session.send("$22=1\n$132=1\n$25=6000\n")
-        session.send("$H\n")
+        assert _listed(session, "$H\n") == ["ALARM:9", GREETING, LOCKED]
         assert session.at(0, 0, 1.5)
         assert session.state()[0] == "Alarm"
         assert session.send("G0X1\n$X\nG0X1\n") == ["error:9", UNLOCKED, "ok", "ok"]
+
+
+@pytest.mark.parametrize("door", [True, False])
+def test_homing_that_is_ended_starts_anew_and_is_not_answered(design, door):
+    with CXXRTLEngine(design) as engine:
+        session = Session(engine)
+        session.send("$22=1\n$132=5\n$25=600\n")
+        session.send("$H\n", wait=False)
+        if door:
+            engine.set(door=1)
+        assert _listed(session, "" if door else "\x18") == [
+            "ALARM:7" if door else "ALARM:6", GREETING, LOCKED]
+        if door:
+            assert session.send("$X\n$H\n$HX\n") == ["error:13"] * 3
+            engine.set(door=0)
+        assert session.send("$X\nG91G0X1\n") == [UNLOCKED, "ok", "ok"]
+        assert session.position[0] == STEPS
+
+
+def test_one_axis_homes_where_the_others_stay(design):
+    with CXXRTLEngine(design) as engine:
+        session = Switches(engine, (3, -4, 1))
+        assert session.send("$HX\n") == ["error:5"]
+        session.send("G0Y1Z-1\n")
+        for line in HOMED:
+            session.send(line + "\n")
+        assert session.send("$HA\n") == ["error:3"]
+        session.send("$N0=G91\nG90\n")
+        _home(session, "$HX")
+        assert _listed(session, "") == []  # no startup line is run
+        assert session.state() == ("Idle", [-0.4, 1, -1])
+        assert session.position[1:] == [40, -250]
+        assert " G90 " in session.send("$G\n")[0]
+        _home(session, "$HY")
+        assert session.state() == ("Idle", [-0.4, -14.6, -1])
+        _home(session, "$HZ")
+        assert session.state() == ("Idle", [-0.4, -14.6, -0.4])
+        assert not engine.get("fault")
+
+
+def test_the_end_of_a_program_is_said_and_answered_when_it_is_made(session):
+    answers = session.send("G1X4F600\nM30\nG0X5\n", wait=False)
+    assert answers == ["ok"]
+    assert session.state()[0] == "Run"
+    session.send("!", wait=False)
+    session.run(200_000)
+    assert session.read() == []
+    assert _listed(session, "~") == ["[MSG:Pgm End]", "ok", "ok"]
+    assert session.send("M2\nM2\n") == ["[MSG:Pgm End]", "ok"] * 2
+    assert session.send("$C\nM30\n") == ["[MSG:Enabled]", "ok", "ok"]
+
+
+def test_a_reset_before_the_end_of_a_program_drops_its_answer(session):
+    session.send("G1X4F600\nM30\n", wait=False)
+    assert session.send("\x18") == [GREETING]
+    assert session.send("G90\nM2\n") == ["ok", "[MSG:Pgm End]", "ok"]
+
+
+@pytest.mark.parametrize("line", ["G4P0.01", "M3S1", "M8", "G10L20P1X0", "G54G4P0"])
+def test_system_lines_wait_behind_what_grbl_waits_for(session, line):
+    answers = _listed(session, f"G1X1F6000\n{line}\n$#\n$J=G91X.1F1000\n")
+    assert answers[:2] == ["ok"] * 2 and answers[2].startswith("[G54:")
+    assert answers[-2:] == ["ok"] * 2
+    assert _listed(session, "G1X2\n$#\n")[1] == "error:8"  # a motion is not waited for
+    assert session.send("$C\nG4P1\n$#\n$C\n")[1:4] == ["ok", "ok", "error:8"]
+
+
+def test_system_lines_wait_behind_a_pause(session):
+    session.send("G1X1F6000\nM0\n$#\n", wait=False)
+    session.run(400_000)
+    assert session.state()[0] == "Hold:0"
+    assert _listed(session, "~")[0].startswith("[G54:")
+
+
+def test_a_line_without_words_leaves_the_feed_of_g93(session):
+    assert session.send("G93\nG1X.1F2705\n\n(c)\n") == ["ok"] * 4
+    assert " F2705 " in session.send("$G\n")[0]
+
+
+def test_further_differences_from_grbl(session):
+    """As docs/gcode.md says."""
+    assert _listed(session, "G0X.001\n$#\n") == ["ok", "error:8"]
+    assert session.send("G4P.1\n?", wait=False)[1].startswith("<Run|")
+    session.send("")
+    assert session.send("\x91$C\nM30\n") == ["[MSG:Enabled]", "ok", "ok"]
+    session.engine.set(door=1)
+    assert _listed(session, "$C\n") == [
+        "[MSG:Disabled]", "[MSG:Check Door]", "ok", GREETING, "[MSG:Check Door]"]
+    session.engine.set(door=0)
+    session.send("~\x91", wait=False)
+    session.send("$SLP\n")
+    assert "|Ov:100,100,100" in "".join(_listed(session, "?")[0] for _ in range(2))
+    session.engine.set(limits=1)
+    session.run(12_000)
+    assert _listed(session, "G0X1\n$\n$#\n\n") == [
+        "error:9", HELP, "ok", "error:8", "ok"]
+    session.engine.set(limits=0)
+
+
+def test_a_report_comes_in_a_homing_cycle(session):
+    session.send("$22=1\n$132=5\n$25=600\n")
+    assert _listed(session, "$H\n?")[0].startswith("<Home|")
+
+
+def test_limit_switches_are_looked_at_one_by_one(session):
+    """One that is on when hard limits are wanted is no alarm, but another is."""
+    session.send("$21=0\n")
+    session.engine.set(limits=1)
+    for line in "G0X1\n", "$21=1\n", "G0X2\n":
+        assert session.send(line) == ["ok"]
+    session.engine.set(limits=3)
+    session.run(12_000)
+    assert session.read() == ["ALARM:1", "[MSG:Reset to continue]"]
+    session.engine.set(limits=0)
+    session.run(1000)
+    assert session.send("\x18") == [GREETING, LOCKED]
+
+
+def test_a_door_that_opens_in_sleep_is_said(session):
+    session.send("$SLP\n")
+    assert session.send("\x84", wait=False) == ["[MSG:Check Door]"]
+    session.engine.set(door=1)
+    session.run(12_000)
+    assert session.read() == ["[MSG:Check Door]"]
+    assert session.state()[0] == "Sleep"
+
+
+def test_a_spindle_that_was_stopped_by_hand_turns_again_and_that_is_said(session):
+    session.send("M3S500\n!", wait=False)
+    for said in [], ["[MSG:Restoring spindle]"], []:
+        assert session.send("\x9e", wait=False) == said
+    assert session.send("~", wait=False) == ["[MSG:Restoring spindle]"]
+    assert session.engine.get("spindle") == 1
+    session.send("M5\n!", wait=False)
+    assert session.send("\x9e", wait=False) + session.send("~", wait=False) == []
+    session.send("M3S500\n!\x9e", wait=False)  # a reset turns nothing on
+    assert session.send("\x18", wait=False) == [GREETING]
 
 
 def test_settings_are_listed_changed_and_kept(session):
@@ -829,7 +969,7 @@ def test_directions_and_switches_may_be_inverted(session):
     session.engine.set(limits=0b111)
     session.run(12_000)
     assert session.read() == ["ALARM:1", "[MSG:Reset to continue]"]
-    assert session.send("\x18$5=1\n") == [GREETING, LOCKED, "ok"]
+    assert session.send("\x18$5=1\n") == [GREETING, CHECK_LIMITS, LOCKED, "ok"]
     assert session.send("$X\nG0X0\n") == [UNLOCKED, "ok", "ok"]
     assert session.position == [0, 40, 0]
     session.engine.set(limits=0b011)  # Z is on now
@@ -1062,7 +1202,7 @@ JOG = "$J=G91X{}F{}\n"
 def test_a_jog_is_no_part_of_the_program(session):
     assert session.send("G55G90G18\n$J=G91X1Y-1F3000\n", wait=False) == ["ok", "ok"]
     assert session.state()[0] == "Jog"
-    assert session.send("G0X0\n$J=Y0F3000\n$$\n\n$G\n", wait=False) == [
+    assert session.send("G0X0\n$J=Y0F3000\n$#\n\n$G\n", wait=False) == [
         "error:9", "ok", "error:8", "ok", "[GC:G0 G55 G18 G21 G90 G94 M5 M9 T0 F0 S0]", "ok"]
     session.send("")
     assert session.at(1, 0, 0)
@@ -1126,8 +1266,12 @@ def test_a_jog_does_not_leave_the_travel(design):
 def test_a_door_that_opens_ends_a_jog_and_holds(session):
     session.send(JOG.format(4, 3000), wait=False)
     session.engine.set(door=1)
-    session.run(200_000)
+    session.run(MS)
+    assert session.engine.get("moving")  # it brakes, and says so meanwhile
+    session.run(4 * MS)
     assert session.read() == ["[MSG:Check Door]"]
+    session.run(200_000)
+    assert session.read() == []
     assert session.state()[0] == "Door:1"
     session.engine.set(door=0)
     session.run(1000)
@@ -1263,23 +1407,23 @@ def test_behind_alarm_1_it_answers_and_overrides_are_100(session):
         session.send("?", wait=False, read=False)
         session.run(20_000)
         reports += session.read()
-    assert all(each.startswith("<Alarm|") and "|Pn:XP" in each for each in reports)
+    assert all(each.startswith("<Alarm|") and "|Pn:PX" in each for each in reports)
     assert {field for each in reports for field in each[1:-1].split("|") if field[:2] == "Ov"} == {
         "Ov:100,100,100"}
     assert session.send("$13=0\nG1X1F100\n$X\n$H\n$C\n$SLP\n$J=X1F100\n", wait=False) == [
         "ok", "error:9", *["error:8"] * 5]
     # A switch that is still on is none behind the reset, so that the machine can leave it.
-    assert session.send("\x18") == [GREETING, LOCKED]
+    assert session.send("\x18") == [GREETING, CHECK_LIMITS, LOCKED]
     assert session.send("$X\nG0X1\n") == [UNLOCKED, "ok", "ok"]
     session.engine.set(limits=0, probe=0)
 
 
 def test_a_feed_of_g93_and_the_end_of_a_program_in_one_line(session):
-    assert " F300 " in session.send("G21G93F5M30\n$G\n")[1]
+    assert " F300 " in session.send("G21G93F5M30\n$G\n")[2]
 
 
 @pytest.mark.parametrize(("line", "answer"), [
-    ("$HX", "error:3"), ("$=", "error:3"), ("$5", "error:3"), ("$J=G3F100X1Y1T0", "error:36"),
+    ("$100=--5", "error:3"), ("$J=G3F100X1Y1T0", "error:36"),
     ("$J=G2F100X1", "error:16")])
 def test_lines_that_grbl_refuses_otherwise(session, line, answer):
     assert session.send(f"{line}\n") == [answer]

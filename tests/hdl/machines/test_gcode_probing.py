@@ -227,10 +227,12 @@ def test_overrides_leave_a_probing_as_it_is(session):
 def test_soft_limits_count(session):
     """A line that would leave the travel is alarm 2: nothing moves, and no line is answered."""
     assert session.send("$22=1\n$132=2\n$20=1\n") == ["ok"] * 3
-    assert session.send(f"G38.2Z-2.5F{FEED}\n") == ["ALARM:2"]
+    assert session.send(f"G38.2Z-2.5F{FEED}\n") == ["ALARM:2", "[MSG:Reset to continue]"]
     assert session.path == []
     assert session.state()[0] == "Alarm"
-    assert session.send("G0X1\n$X\n") == ["error:9", UNLOCKED, "ok"]
+    assert session.send("G0X1\n$X\n") == ["error:9", "error:8"]
+    session.send("\x18", wait=False)
+    assert session.send("$X\n") == [UNLOCKED, "ok"]
     assert session.probed() == "[PRB:0.000,0.000,0.000:0]"
     assert session.send(f"G38.2Z-2F{FEED}\n") == ["[PRB:0.000,0.000,-1.200:1]", "ok"]
     session.rests_where_it_says()
@@ -240,8 +242,14 @@ def test_soft_limits_count_in_check_mode(session):
     """As of a line; GRBL looks at no limits of a probing that it checks."""
     assert session.send("$22=1\n$132=2\n$20=1\n") == ["ok"] * 3
     assert session.send(f"$C\nG38.2Z-1.5F{FEED}\n") == ["[MSG:Enabled]", "ok", "ok"]
-    assert session.send("G38.2Z-2.5\n") == ["ALARM:2"]
+    assert session.send("G38.2Z-2.5\n") == ["ALARM:2", "[MSG:Reset to continue]"]
     assert session.path == []
+
+
+def test_the_end_of_a_program_does_not_wait_in_an_alarm(session):
+    assert session.send(f"G38.2Z-.1F{FEED}M30\n") == [
+        "ALARM:5", "[PRB:0.000,0.000,0.000:0]", "[MSG:Pgm End]", "ok"]
+    assert session.send("$X\nG0X1\n") == [UNLOCKED, "ok", "ok"]
 
 
 def test_a_pause_does_not_wait_in_an_alarm(session):
@@ -294,7 +302,7 @@ def test_no_alarm_follows_a_reset(engine, alarm, before):
 
 def test_the_rest_of_its_line_is_done(session):
     answers = session.send(f"G54G38.3Z-5F{FEED}M3S100M8M30\n")
-    assert answers == ["[PRB:0.000,0.000,-1.200:1]", "ok"]
+    assert answers == ["[PRB:0.000,0.000,-1.200:1]", "[MSG:Pgm End]", "ok"]
     session.run(50_000)
     assert session.engine.get("spindle", "flood") == (0, 0)
     assert session.on == {0, 1}

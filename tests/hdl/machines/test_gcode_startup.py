@@ -119,7 +119,7 @@ def test_the_text_of_the_user(session):
     session.run(100_000)
     lines = session.read()
     assert lines[0] == "[VER:1.1h.20190830:MILLOFANA,2026-1.5X]"
-    assert lines[1] == "[OPT:VM+,63,128]" and lines[-1] == "ok"
+    assert lines[1] == "[OPT:VMH+,63,128]" and lines[-1] == "ok"
     assert reset(session) == [GREETING]
 
 

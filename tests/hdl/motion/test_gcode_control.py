@@ -12,29 +12,37 @@ from tb.boards import component
 from tb.engines import AmaranthEngine
 from tb.models.gcode_control import ControlModel
 
-LEVELS = ("moving", "standing", "jogging", "home", "check", "door", "hard_limit", "emergency",
+LEVELS = ("moving", "standing", "jogging", "home", "check", "door", "hard", "emergency",
           "motor_fault", "strict", "locked_start", "restarted")
 PULSES = ("pause", "sleep", "unlock", "command", "alarms_ready", "messages_ready", "restart",
-          "restoring", "rst")
-OUTPUTS = ("hold", "stop", "state", "substate", "report", "reset", "flush", "cancelled", "enable",
-           "fault", "alarms_valid", "alarms_payload", "messages_valid", "messages_payload")
+          "restoring", "ended", "respun", "rst")
+OUTPUTS = ("hold", "stop", "critical", "state", "substate", "report", "reset", "flush",
+           "cancelled", "enable", "fault", "alarms_valid", "alarms_payload", "messages_valid",
+           "messages_payload")
 CODES = [code.value for code in (RealtimeCode.RESET, RealtimeCode.HOLD, RealtimeCode.RESUME,
                                  RealtimeCode.STATUS, RealtimeCode.DOOR, RealtimeCode.JOG_CANCEL)]
+
+
+def changing(rng, clocks: int, rise: float, fall: float, on: int = 1) -> list[int]:
+    """A level, by how likely it is that it rises and falls in a clock."""
+    level, column = 0, []
+    for _ in range(clocks):
+        if rng.random() < (fall if level else rise):
+            level = on - level
+        column.append(level)
+    return column
 
 
 def stimulus(rng, clocks: int) -> dict[str, list[int]]:
     """Levels that change now and then, each with a habit of its own, and pulses."""
     columns: dict[str, list[int]] = {}
     for name in LEVELS:
-        rare = name in ("emergency", "hard_limit", "door", "check", "home")
+        rare = name in ("emergency", "door", "check", "home")
         rise, fall = rng.choice([(0.02, 0.1), (0.003, 0.05)]) if rare else (0.08, 0.08)
-        level, column = 0, []
-        for _ in range(clocks):
-            if rng.random() < (fall if level else rise):
-                level = 1 - level
-            column.append(level)
-        columns[name] = column
-    shares = 0.02, 0.03, 0.1, 0.2, 0.3, 0.3, 0.003, 0.003, 0.001
+        columns[name] = changing(rng, clocks, rise, fall)
+    columns["limits"] = [sum(each) for each in zip(*(
+        changing(rng, clocks, 0.005, 0.05, bit) for bit in (1, 2, 4, 8)), strict=True)]
+    shares = 0.02, 0.03, 0.1, 0.2, 0.3, 0.3, 0.003, 0.003, 0.003, 0.01, 0.001
     for name, share in zip(PULSES, shares, strict=True):
         columns[name] = [int(rng.random() < share) for _ in range(clocks)]
     columns["code"] = [rng.choice([*CODES, CODES[2], rng.randrange(256)]) for _ in range(clocks)]
@@ -62,9 +70,9 @@ class Machine:
     def __init__(self, engine, **levels: int) -> None:
         self.engine = engine
         self.speed = self.wants = 0
-        engine.set(**{**dict.fromkeys([*LEVELS, *PULSES, "code", "failure"], 0),
-                      "alarms_ready": 1, "messages_ready": 1, "standing": 1, "restarted": 1,
-                      **levels, "rst": 1})
+        engine.set(**{**dict.fromkeys([*LEVELS, *PULSES, "code", "failure", "limits"], 0),
+                      "alarms_ready": 1, "messages_ready": 1, "hard": 1, "standing": 1,
+                      "restarted": 1, **levels, "rst": 1})
         engine.run(1)
         engine.set(rst=0)
         self.messages, self.alarms = [], []
@@ -91,7 +99,7 @@ class Machine:
                 self.speed = min(self.speed + 1, 5)
             self.engine.run(1)
             self.engine.set(command=0, pause=0, sleep=0, unlock=0, restart=0, restoring=0,
-                            failure=0, standing=int(self.speed == 0),
+                            ended=0, respun=0, failure=0, standing=int(self.speed == 0),
                             moving=int(self.wants or self.speed > 0))
         state, substate = self.engine.get("state", "substate")
         state = GCodeState(int(state))
@@ -188,7 +196,7 @@ def test_strict_reset_is_an_alarm(engine):
 
 
 @pytest.mark.parametrize(("cause", "alarm"), [
-    ("hard_limit", AlarmCode.HARD_LIMIT), ("emergency", AlarmCode.EMERGENCY)])
+    ("limits", AlarmCode.HARD_LIMIT), ("emergency", AlarmCode.EMERGENCY)])
 def test_stops_at_once_and_needs_a_reset(engine, cause, alarm):
     machine = Machine(engine)
     machine.run(8, moving=1)
@@ -223,12 +231,73 @@ def test_a_driver_that_stops_has_an_alarm_of_its_own(engine):
 def test_failure_slows_down_and_discards(engine):
     machine = Machine(engine)
     machine.run(8, moving=1)
-    assert machine.run(1, failure=2) == "ALARM"
+    assert machine.run(1, failure=9) == "ALARM"
     assert not engine.get("stop")
     assert machine.run(1, unlock=1) == "ALARM"
     assert (machine.run(8), machine.flushes) == ("ALARM", 1)
     assert machine.run(1, unlock=1) == "IDLE"
+    assert machine.alarms == [AlarmCode.HOMING_SEARCH]
+
+
+def test_soft_limit_slows_down_and_needs_a_reset(engine):
+    machine = Machine(engine)
+    machine.run(8, moving=1)
+    assert machine.run(1, failure=2) == "ALARM"
+    assert not engine.get("stop")
+    assert engine.get("critical")
+    assert (machine.run(8), machine.flushes) == ("ALARM", 1)
+    assert machine.run(1, unlock=1) == "ALARM"
     assert machine.alarms == [AlarmCode.SOFT_LIMIT]
+    machine.command(RealtimeCode.RESET, 8)
+    assert not engine.get("critical")
+    assert machine.messages[1:] == [
+        GCodeMessage.RESET_TO_CONTINUE, GCodeMessage.GREETING, GCodeMessage.LOCKED]
+    assert machine.run(1, unlock=1) == "IDLE"
+
+
+def test_limit_switch_that_is_on_at_a_start_locks_without_an_alarm(engine):
+    machine = Machine(engine, limits=0b010)
+    assert machine.run(6) == "ALARM"
+    assert machine.run(1, unlock=1) == "IDLE"
+    assert machine.run(4, moving=1) == "RUN"
+    assert machine.messages == [
+        GCodeMessage.GREETING, GCodeMessage.CHECK_LIMITS, GCodeMessage.LOCKED,
+        GCodeMessage.UNLOCKED]
+    assert not machine.alarms
+    machine.run(4, limits=0b011)  # the switch of another axis
+    assert machine.alarms == [AlarmCode.HARD_LIMIT]
+
+
+def test_switches_are_no_alarm_where_they_are_no_hard_limits(engine):
+    machine = Machine(engine, hard=0)
+    machine.run(4, moving=1)
+    assert machine.run(4, limits=0b100) == "RUN"
+    assert machine.run(4, hard=1) == "RUN"
+    assert not machine.alarms
+
+
+def test_homing_cycle_that_failed_starts_anew(engine):
+    machine = Machine(engine)
+    machine.run(4)
+    machine.run(8, home=1, moving=1)
+    machine.run(1, failure=9)
+    assert machine.run(12, home=0) == "ALARM"
+    assert (machine.resets, machine.alarms) == (1, [AlarmCode.HOMING_SEARCH])
+    assert machine.messages[1:] == [GCodeMessage.GREETING, GCodeMessage.LOCKED]
+    assert machine.run(1, unlock=1) == "IDLE"
+
+
+def test_door_of_a_jog_is_said_at_once(engine):
+    machine = Machine(engine, jogging=1)
+    machine.run(8, moving=1)
+    machine.messages.clear()
+    assert machine.run(2, door=1) == "JOG"
+    assert machine.messages == [GCodeMessage.CHECK_DOOR]
+    assert machine.run(10) == "DOOR:1"
+    assert machine.messages == [GCodeMessage.CHECK_DOOR]
+    machine.run(2, door=0, sleep=0)
+    machine.command(RealtimeCode.DOOR, 2)
+    assert machine.messages == [GCodeMessage.CHECK_DOOR] * 2
 
 
 def test_jog_is_cancelled(engine):
@@ -245,7 +314,7 @@ def test_homing_ends_a_lock(engine):
     machine = Machine(engine, locked_start=1)
     assert machine.run(4) == "ALARM"
     assert machine.messages == [GCodeMessage.GREETING, GCodeMessage.LOCKED]
-    assert machine.run(4, home=1, moving=1, hard_limit=1) == "HOME"
+    assert machine.run(4, home=1, moving=1, limits=1) == "HOME"
     assert machine.run(4, home=0, moving=0) == "IDLE"
     assert machine.command(RealtimeCode.RESET, 8) == "IDLE"
     machine.run(4, home=1, moving=1)

@@ -74,11 +74,12 @@ class Machine:
         self.statuses: list[int] = []
         self.listed: list[tuple[int, int]] = []
         self.unlocks = self.homes = self.restored = 0
+        self.axes: list[int] = []
         self.lists: list[str] = []
         self.erased: list[int] = []
         self.after: list[str] = []  # what begins with an answer
         self.listing = 0
-        self.answer_in = self.busy = self.asked = 0
+        self.answer_in = self.busy = self.asked = self.rests_in = 0
         engine.set(locked=locked, resting=resting)
 
     def clock(self) -> bool:
@@ -86,6 +87,9 @@ class Machine:
         engine = self.engine
         self.answer_in = max(0, self.answer_in - 1)
         self.busy = max(0, self.busy - 1)
+        if self.rests_in:
+            self.rests_in -= 1
+            engine.set(resting=not self.rests_in)
         takes = self.rng.random() < 0.5 and not self.answer_in
         lists = self.rng.random() < 0.2
         engine.set(passed_ready=takes, listed_ready=lists, answered=self.answer_in == 1,
@@ -110,6 +114,7 @@ class Machine:
             engine.set(configured=1, refused=candidate[setting_index(110)] > self.fastest)
         if engine.get("home"):
             self.homes += 1
+            self.axes.append(engine.get("homes"))
             self.busy = 20
         elif self.busy == 1:
             engine.set(homed=1)
@@ -175,7 +180,7 @@ def gate():
 @pytest.mark.parametrize(("locked", "text", "expected"), [
     (False, "G1X2\n", ("GX", [0], 0)), (True, "G1X2\n", ("GX", [9], 0)),
     (True, "\n", ("", [0], 0)), (False, "$X\n", ("", [0], 1)), (True, "$x\nG0\n", ("G", [0, 9], 1)),
-    (False, "$Z\n", ("", [3], 0)), (False, "$H\n", ("", [5], 0)), (False, "$XX\n", ("", [3], 0)),
+    (False, "$Z\n", ("", [2], 0)), (False, "$H\n", ("", [5], 0)), (False, "$XX\n", ("", [3], 0)),
     (True, "$100=2.5\n", ("", [0], 0)), (False, "X 1 X\n", ("X", [2], 0)),
     (False, "G\n", ("", [2], 0)), (True, "G\n", ("", [9], 0)), (True, "1\n", ("", [9], 0)),
     (True, "$J=X1\nG1\n", ("xG", [8, 9], 0)), (False, "$J=X1 F2\nG1\n", ("xfG", [0, 0], 0)),
@@ -206,8 +211,8 @@ def test_there_is_no_homing_cycle_before_a_reset_that_is_due(gate):
         assert (machine.statuses, machine.homes, machine.unlocks) == ([8, 0, 8], 0, 0)
 
 
-@pytest.mark.parametrize("text", ["$$", "$100=1", "$H", "$#", "$I", "$N", "$C", "$SLP", "$RST=$",
-                                  "$RST=#", "$RST=*"])
+@pytest.mark.parametrize("text", ["$$", "$100=1", "$H", "$HX", "$5", "$=", "$Q", "$N5", "$#",
+                                  "$I", "$N", "$C", "$SLP", "$RST=$", "$RST=#", "$RST=*"])
 def test_what_has_to_wait_for_rest_is_refused(gate, text):
     with AmaranthEngine(gate) as engine:
         machine = Machine(engine, {**DEFAULTS, 22: 1}, resting=False)
@@ -333,9 +338,78 @@ def test_settings_are_changed_or_refused(gate, seed):
         assert dict(zip(DEFAULTS, machine.values, strict=True)) == values
 
 
-@pytest.mark.parametrize("text", ["$100", "$100=", "$=1", "$RST", "$RST=", "$RST=$$", "$SL",
+@pytest.mark.parametrize("text", ["$J", "$X1", "$$1", "$GX", "$C=", "$J5=1"])
+def test_what_begins_as_what_may_come_at_any_time_is_none_at_any_time(gate, text):
+    with AmaranthEngine(gate) as engine:
+        machine = Machine(engine, DEFAULTS, resting=False)
+        machine.send(text + "\n")
+        assert machine.statuses == [3]
+
+
+@pytest.mark.parametrize("text", ["$100=", "$=1", "$=", "$Q", "$Q100=1", "$100==1", "$100=X"])
+def test_where_a_number_has_to_be(gate, text):
+    with AmaranthEngine(gate) as engine:
+        machine = Machine(engine, DEFAULTS)
+        machine.send(text + "\n")
+        assert machine.statuses == [2]
+        assert machine.values == [*DEFAULTS.values()]
+
+
+def test_settings_are_listed_while_it_jogs(gate):
+    with AmaranthEngine(gate) as engine:
+        engine.set(jogging=1)
+        machine = Machine(engine, DEFAULTS, resting=False)
+        machine.send("$$\n$#\n")
+        assert (machine.statuses, len(machine.listed)) == ([0, 8], len(SETTINGS))
+
+
+@pytest.mark.parametrize("line", ["$$", "$#", "$J=X1F1", "$G", "$X", "$100=1"])
+def test_a_system_line_waits_where_grbl_does(gate, line):
+    with AmaranthEngine(gate) as engine:
+        engine.set(waiting=1)
+        machine = Machine(engine, DEFAULTS, resting=False)
+        machine.rests_in = 300
+        machine.send(f"{line}\n")
+        assert (machine.statuses, machine.rests_in) == ([0], 0)
+
+
+@pytest.mark.parametrize("level", ["locked", "checking"])
+def test_it_does_not_wait_where_it_would_not_end(gate, level):
+    with AmaranthEngine(gate) as engine:
+        machine = Machine(engine, DEFAULTS)
+        if level == "checking":
+            machine.send("$C\n")
+        else:
+            engine.set(locked=1)
+        engine.set(waiting=1, resting=0)
+        machine.send("$#\n")
+        assert machine.statuses[-1] == 8
+
+
+def test_homing_of_one_axis(gate):
+    with AmaranthEngine(gate) as engine:
+        machine = Machine(engine, {**DEFAULTS, 22: 1})
+        machine.send("$HX\n$HY\n$hz\n$H\n$HA\n$HXY\n$H1\n")
+        assert (machine.statuses, machine.axes) == ([0] * 4 + [3] * 3, [0, 1, 2, 3])
+        machine = Machine(engine, DEFAULTS)
+        machine.send("$HX\n")
+        assert machine.statuses == [5]
+
+
+def test_with_the_door_open_nothing_homes_and_no_alarm_ends(gate):
+    with AmaranthEngine(gate) as engine:
+        engine.set(door=1)
+        machine = Machine(engine, {**DEFAULTS, 22: 1}, locked=True)
+        machine.send("$X\n$H\n$HY\n")
+        assert (machine.statuses, machine.homes, machine.unlocks) == ([13] * 3, 0, 0)
+        engine.set(locked=0)
+        machine.send("$X\n$H\n")
+        assert (machine.statuses[3:], machine.homes, machine.unlocks) == ([0, 13], 0, 1)
+
+
+@pytest.mark.parametrize("text", ["$100", "$RST", "$RST=", "$RST=$$", "$SL", "$N5", "$I1",
                                   "$SLPP", "$RST=1", "$RST=$1", "$GX", "$XRST=$", "$RST=$RST=$",
-                                  "$100=1X", "$X100=1", "$1X=1", "$-100=1", "$100.0=1", "$100==1",
+                                  "$100=1X", "$X100=1", "$1X=1", "$-100=1", "$100.0=1",
                                   "$$1", "$100=1-60", "$100=--50", "$100=1.5.70", "$100=+-60",
                                   "$100=.-60"])
 def test_what_only_looks_like_a_setting_is_refused(gate, text):

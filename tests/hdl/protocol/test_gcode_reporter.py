@@ -15,7 +15,7 @@ from tb.models.gcode_report import MESSAGES, STATES, Reports, Sample, alarm, ans
 
 BITS = 27
 LEAST, MOST = -2**(BITS - 1), 2**(BITS - 1) - 1
-LETTERS = "XYZPDHRS"
+LETTERS = "PXYZDRHS"
 ACCESSORIES = "SCFM"
 
 
