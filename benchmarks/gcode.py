@@ -49,8 +49,8 @@ that each is answered and all end where they say, in how many clocks a limit swi
 how much way a feed hold.
 
 Then the same machine with drivers that take pulses of {SHORT_NS} ns: how many steps a second each
-of three axes makes in lines of all three at once, with {FINE:,} steps/mm, and how many one axis
-makes by itself, with {COARSE:,} steps/mm. With so few, the path of three axes as fast as that would
+of three axes makes in lines of all three at once, with {FINE} steps/mm, and how many one axis
+makes by itself, with {COARSE} steps/mm. With so few, the path of three axes as fast as that would
 be faster than the {PATH:g} m/s that a path may have. In all, two minutes.
 
 Exit status 1 if one is not as asked.
@@ -181,7 +181,7 @@ def _rate(machine: Machine, drivers: str, names: str, lines: int, mm: int, per_m
     slowest = min(1000 * CLOCK / (steps[len(steps) // 2 + 500] - steps[len(steps) // 2 - 500])
                   for steps in map(machine.steps, range(len(names))))
     of = (f"{'each of three axes at once' if len(names) > 1 else 'one axis by itself'}, "
-          f"{drivers}, {per_mm:,} steps/mm")
+          f"{drivers}, {per_mm} steps/mm")
     yield Figure(of, "steps/s", round(float(slowest)), least)
     wanted = np.array([lines * mm * per_mm] * len(names) + [0] * (AXES - len(names)))
     yield Figure(f"missing, {of}", "steps",

@@ -349,7 +349,7 @@ ratio open, as a part of the limit, of the median. Not resolved are junctions of
 steps, and turns straight back.""", ("limits",), _limits),
     _Section("What it reaches", """\
 At the pins of the gateware at 50 MHz. What names no drivers is with the times of an A4988, and with
-the steps/mm of the first line. Short pulses are for larger parts and other drivers.""",
+the steps/mm of the first line; pulses of 100 ns are for drivers that take them.""",
              ("reach",), _figures),
     _Section("Look-ahead", """\
 A straight job of segments of 0.05 mm at 500 mm/s², on models: the clocks of a pass that changes all
