@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -26,11 +27,31 @@ from tools.console import (
 
 __all__ = ["Figure", "figures", "main", "report"]
 
-ABOUT = """\
-Runs the G-code machine at 50 MHz in simulation, clock by clock, with the times of an A4988, and
-measures at its pins: how many steps a second three axes make at once, how many short lines a second
-are read, planned and made at 1 Mbaud, that each is answered and all end where they say, in how
-many clocks a limit switch stops, and on how much way a feed hold. A minute or two.
+CLOCK = 50_000_000
+
+PER_MM = 400
+"""Steps per mm: with three axes the path is then nearly as fast as can be, 2.1 m/s."""
+
+FINE, COARSE = 8000, 1600
+"""Steps per mm with short pulses, of three axes and of one."""
+
+SHORT_NS = 100
+"""Of a short pulse, and from one to the next."""
+
+PATH = 2.147
+"""m/s: 2**31 - 1 nm/s."""
+
+ABOUT = f"""\
+Runs the G-code machine at 50 MHz in simulation, clock by clock, with the times of an A4988 and
+{PER_MM} steps/mm, and measures at its pins: how many steps a second each of three axes makes in
+lines of all three at once, how many short lines a second are read, planned and made at 1 Mbaud,
+that each is answered and all end where they say, in how many clocks a limit switch stops, and on
+how much way a feed hold.
+
+Then the same machine with drivers that take pulses of {SHORT_NS} ns: how many steps a second each
+of three axes makes in lines of all three at once, with {FINE} steps/mm, and how many one axis
+makes by itself, with {COARSE} steps/mm. With so few, the path of three axes as fast as that would
+be faster than the {PATH:g} m/s that a path may have. In all, two minutes.
 
 Exit status 1 if one is not as asked.
 """
@@ -45,9 +66,10 @@ see also: benchmarks.planning for the depth of look-ahead, benchmarks.step_times
 steps, benchmarks.arcs for circles, benchmarks.size for cells and clocks.
 """
 
-CLOCK = 50_000_000
 RATE = 450_000
 """Steps/s of each axis that are asked for."""
+SHORT_RATE = 3_000_000
+"""The same with short pulses."""
 LINES = 5_000
 """Lines a second that are asked for."""
 STOP = 4
@@ -55,12 +77,16 @@ STOP = 4
 GRANULE = 128
 """Clocks in which the speed changes at least once."""
 
-PER_MM = 400
-"""Steps per mm: with three axes the path is then nearly as fast as can be, 2.1 m/s."""
-
 FAST = GCodeSettings(
     baud=1_000_000, steps_per_mm=(Fraction(PER_MM),) * AXES,
     max_rate=(Fraction(67_700),) * AXES, acceleration=(Fraction(17_000),) * AXES)
+
+SHORT = replace(
+    FAST, steps_per_mm=(Fraction(FINE),) * AXES, max_rate=(Fraction(22_560),) * AXES,
+    width_ns=SHORT_NS, low_ns=SHORT_NS, setup_ns=20, hold_ns=20)
+
+ALONE = b"$110=100\n$100=%d\n$110=112800\n" % COARSE
+"""Sets X of it, which makes steps by itself; a rate must be one that pulses can make."""
 
 
 class Figure(NamedTuple):
@@ -87,18 +113,18 @@ class Figure(NamedTuple):
                 and (self.most is None or self.measured <= self.most))
 
     def __str__(self) -> str:
-        asked = (f"asked: at least {self.least:,g}" if self.least is not None
-                 else f"asked: at most {self.most:,g}" if self.most is not None else "")
-        return (f"{self.name:46} {self.measured:>12,.10g} {self.unit:9} {asked:23}"
+        asked = (f"asked: at least {self.least:,.10g}" if self.least is not None
+                 else f"asked: at most {self.most:,.10g}" if self.most is not None else "")
+        return (f"{self.name:68} {self.measured:>12,.10g} {self.unit:9} {asked:25}"
                 f"{'' if self.right else '  NOT REACHED'}").rstrip()
 
 
 class Machine:
     """The machine on an engine, and the steps that left its pins."""
 
-    def __init__(self, engine: CXXRTLEngine) -> None:
+    def __init__(self, engine: CXXRTLEngine, settings: GCodeSettings = FAST) -> None:
         self.engine = engine
-        self.bit = FAST.bit
+        self.bit = settings.bit
         self.decoder = Decoder(self.bit)
         self.text = ""
         self.position = np.zeros(AXES, np.int64)
@@ -145,15 +171,21 @@ class Machine:
         self.edges, self.text = [[] for _ in range(AXES)], ""
 
 
-def _rate(machine: Machine) -> Iterator[Figure]:
-    """Measure three axes at once, at the highest speed, over 1000 steps in the middle."""
-    machine.send(b"G91\n" + 5 * b"G0X40Y40Z40\n")
+def _rate(machine: Machine, drivers: str, names: str, lines: int, mm: int, per_mm: int, least: int
+          ) -> Iterator[Figure]:
+    """Measure axes at once, at the highest speed, over 1000 steps in the middle of equal lines."""
+    begin = machine.position.copy()
+    machine.forget()
+    machine.send(b"G91\n" + lines * f"G0{''.join(f'{name}{mm}' for name in names)}\n".encode())
     machine.finish()
     slowest = min(1000 * CLOCK / (steps[len(steps) // 2 + 500] - steps[len(steps) // 2 - 500])
-                  for steps in map(machine.steps, range(AXES)))
-    yield Figure("steps of each of three axes at once", "steps/s", round(float(slowest)), RATE)
-    yield Figure("steps of these lines that are missing", "steps",
-                 int(abs(machine.position - 200 * PER_MM).sum()), most=0)
+                  for steps in map(machine.steps, range(len(names))))
+    of = (f"{'each of three axes at once' if len(names) > 1 else 'one axis by itself'}, "
+          f"{drivers}, {per_mm} steps/mm")
+    yield Figure(of, "steps/s", round(float(slowest)), least)
+    wanted = np.array([lines * mm * per_mm] * len(names) + [0] * (AXES - len(names)))
+    yield Figure(f"missing, {of}", "steps",
+                 int(abs(machine.position - begin - wanted).sum()), most=0)
 
 
 def _lines(machine: Machine, count: int) -> Iterator[Figure]:
@@ -207,7 +239,7 @@ def _hold(machine: Machine) -> Iterator[Figure]:
                  abs(int(machine.position[0]) - begin - 20 * PER_MM), most=0)
 
 
-def _stop(machine: Machine, count: int = 24) -> Iterator[Figure]:
+def _stop(machine: Machine, count: int) -> Iterator[Figure]:
     """Close a limit switch while three axes run, at any time between two ticks of its filter."""
     longest = FAST.filter * 3 // 2 + 6  # of a ContactFilter
     latest = -longest
@@ -228,15 +260,21 @@ def _stop(machine: Machine, count: int = 24) -> Iterator[Figure]:
                  latest, most=STOP)
 
 
-def figures(blocks: int) -> Iterator[Figure]:
-    """Yield the figures, with so many blocks streamed."""
+def figures(blocks: int, stops: int) -> Iterator[Figure]:
+    """Yield the figures, with so many blocks streamed, and stops by a limit switch."""
     with CXXRTLEngine(component("gcode", GCode(settings=FAST))) as engine:
         machine = Machine(engine)
-        yield from _rate(machine)
+        yield from _rate(machine, "A4988", "XYZ", 5, 40, PER_MM, RATE)
         yield from _lines(machine, blocks)
         yield from _hold(machine)
-        yield from _stop(machine)
+        yield from _stop(machine, stops)
         yield Figure("faults", "", engine.get("fault"), most=0)
+    with CXXRTLEngine(component("gcode", GCode(settings=SHORT))) as engine:
+        machine, short = Machine(engine, SHORT), f"pulses of {SHORT_NS} ns"
+        yield from _rate(machine, short, "XYZ", 1, 20, FINE, SHORT_RATE)
+        machine.send(ALONE)
+        yield from _rate(machine, short, "X", 1, 220, COARSE, SHORT_RATE)
+        yield Figure("faults with short pulses", "", engine.get("fault"), most=0)
 
 
 def report(found: Iterable[Figure], path: Path | None) -> int:
@@ -256,13 +294,15 @@ def main(argv: list[str] | None = None) -> int:
     parser = Parser(prog="python -m benchmarks.gcode", description=ABOUT, epilog=EPILOG)
     parser.add_argument("--blocks", metavar="N", type=whole(10, 10**7), default=1000,
                         help="short lines to stream (default: %(default)s)")
+    parser.add_argument("--stops", metavar="N", type=whole(1, 10**4), default=24,
+                        help="stops by a limit switch (default: %(default)s)")
     parser.add_argument("--json", metavar="FILE", type=Path, help="write the figures to a file")
     args = parser.parse_args(argv)
     if args.json:
         check_output(args.json)
     found: list[Figure] = []
-    with Progress(9, "figures", "measuring") as progress:
-        for figure in figures(args.blocks):
+    with Progress(14, "figures", "measuring") as progress:
+        for figure in figures(args.blocks, args.stops):
             found.append(figure)
             progress.advance()
     return report(found, args.json)

@@ -206,12 +206,43 @@ def _ends(*runs: Facts) -> list[str]:
                     "by steps at most"], rows)]
 
 
-def _load(*runs: Facts) -> list[str]:
+def _limits(*runs: Facts) -> list[str]:
+    rows = [[quantity, _many(one["measured"]), _many(one["unresolved"]),
+             *(f"{one[part]:.3f}" for part in ("error", "highest", "least")),
+             "yes" if one["measured"] and one["least"] <= 1 else "**no**"]
+            for run in runs for quantity, one in run["limits"].items()]
+    return [_table(["", "measured", "not resolved", "error", "highest", "less its error",
+                    "within"], rows)]
+
+
+def _planning(*runs: Facts) -> list[str]:
+    rows = [[_many(run["depth"]), _many(facts["pass_clocks"][str(run["depth"])]),
+             _many(run["lines"]), *(_many(round(run[part])) for part in (
+                 "speed", "by_depth", "by_lines")), run["waiting"], run["brakes"], run["empty"]]
+            for facts in runs for run in facts["runs"]]
+    return [_table(["blocks of the queue", "clocks of a pass", "lines/s", "mm/min", "by depth",
+                    "by lines", "blocks that wait", "brake", "find it empty"], rows)]
+
+
+def _arcs(*runs: Facts) -> list[str]:
+    rows = [[setting, _many(one["arcs"]), _many(one["turns"]), _many(one["steps"]),
+             *(f"{each:.3g}" for part in ("grid", "sync", "end") for each in one[part][1:]),
+             f"{100 * one['ripple'][2]:.3g}", one["corrective"], one["beyond"]]
+            for run in runs for setting, one in run.items()]
+    return [_table(["steps/mm", "arcs", "half turns", "steps", "off the circle, 99 %", "most",
+                    "off the place of the moment, 99 %", "most", "end, 99 %", "most",
+                    "ripple of speed, most, %", "ends corrected", "by more than a step"], rows)]
+
+
+def _figures(*runs: Facts) -> list[str]:
+    def number(value: float) -> str:
+        return f"{value:,.10g}".replace(",", " ")
+
     def asked(one: Facts) -> str:
-        return ", ".join(f"{word} {one[end]:g}" for word, end in (
+        return ", ".join(f"{word} {number(one[end])}" for word, end in (
             ("at least", "least"), ("at most", "most")) if one[end] is not None) or "-"
 
-    rows = [[name, f"{one['measured']:,g}".replace(",", " "), one["unit"], asked(one),
+    rows = [[name, number(one["measured"]), one["unit"], asked(one),
              "yes" if one["right"] else "**no**"] for run in runs for name, one in run.items()]
     return [_table(["", "measured", "", "asked", "reached"], rows)]
 
@@ -309,7 +340,24 @@ the model after each line, at the pins of the gateware wherever it rests.""", ("
 A line without a pause, at the least of clocks a bit that a receiver takes, with real-time bytes
 between and within its lines; a sender that sends more than there is room for; noise, breaks and
 cuts; holds, cancelled jogs and resets at full speed. Answers are compared with the lines, and the
-pins with the sum of those that were answered ok.""", ("load",), _load),
+pins with the sum of those that were answered ok.""", ("load",), _figures),
+    _Section("Limits of speed and acceleration", """\
+Random programs on the gateware, each with other steps/mm, rates and accelerations for every axis:
+what the edges at the STEP pins say of speeds, of accelerations inside a block, and of the step of
+velocity between two, as a part of what is allowed. An error is how far the places of edges leave a
+ratio open, as a part of the limit, of the median. Not resolved are junctions of blocks of too few
+steps, and turns straight back.""", ("limits",), _limits),
+    _Section("What it reaches", """\
+At the pins of the gateware at 50 MHz. What names no drivers is with the times of an A4988, and with
+the steps/mm of the first line; pulses of 100 ns are for drivers that take them.""",
+             ("reach",), _figures),
+    _Section("Look-ahead", """\
+A straight job of segments of 0.05 mm at 500 mm/s², on models: the clocks of a pass that changes all
+blocks of the queue, and the speed that is sustained with so many lines a second.""",
+             ("planning",), _planning),
+    _Section("Arcs", """\
+Random arcs on the model of the walk, which is the gateware to the bit: how far places are off, in
+steps, with equal and with unequal steps/mm of both axes.""", ("arcs",), _arcs),
     _Section("Straight lines on a wall", """\
 Random lines of a hanging plotter, on models that are the gateware to the bit: where a pen hangs
 from two strings of so many whole half steps, after each tick of the place; how far that is from the
@@ -444,6 +492,17 @@ def _short_coverage(figures: Facts) -> Facts:
     return facts
 
 
+def _short_arcs(figures: Facts) -> Facts:
+    """Keep of what each arc has come to the median, that of 99 of 100, and the most."""
+    def parts(values: Sequence[float]) -> list[float]:
+        ordered = sorted(values)
+        return [float(f"{ordered[round(part * (len(ordered) - 1))]:.4g}")
+                for part in (0.5, 0.99, 1)]
+
+    return {setting: {name: parts(value) if isinstance(value, list) else value
+                      for name, value in one.items()} for setting, one in figures.items()}
+
+
 def _short_build(figures: Facts) -> Facts:
     return _only(figures, ("machine", "board", "guard", "orders", "ramp_steps_per_s2", "resources",
                            "capacity"))
@@ -453,7 +512,7 @@ _SHORTER: Mapping[str, Callable[[Facts], Facts]] = {
     "proofs": _short_proofs, "kills": _short_kills, "vhdl": _short_vhdl,
     "netlist": _short_netlist,
     "resets": _short_resets, "flips": _short_flips, "mutants": _short_mutants,
-    "fuzz": _short_fuzz, "coverage": _short_coverage, "size": _short_build,
+    "arcs": _short_arcs, "fuzz": _short_fuzz, "coverage": _short_coverage, "size": _short_build,
 }
 
 # Words and tables

@@ -253,7 +253,8 @@ def test_mutants_are_of_every_component():
 
 
 def test_benchmarks_are_of_the_gateware_and_of_its_models():
-    for name in ("instants-gcode", "ends-gcode", "load-gcode"):
+    for name in ("instants-gcode", "ends-gcode", "limits-gcode", "reach-gcode", "planning-gcode",
+                 "arcs-gcode", "load-gcode"):
         assert parts()[name].on == ("run gcode", "model gcode")
         assert "--json {folder}/figures.json" in parts()[name].command
 
@@ -386,6 +387,35 @@ class TestPage:
         assert "| line used | 99.5 | % | at least 99 | yes |" in text
         assert "| steps off | 1 | steps | at most 0 | **no** |" in text
         assert "| lines | 12 345 |  | - | yes |" in text
+
+    def test_what_a_machine_reaches(self):
+        found = {
+            "limits-it": {"limits": {
+                "speed": {"measured": 1234, "unresolved": 0, "error": 0.005, "highest": 1.0004,
+                          "least": 0.9954},
+                "corners": {"measured": 9, "unresolved": 2, "error": 0.01, "highest": 1.2,
+                            "least": 1.19},
+                "ends": {"measured": 0, "unresolved": 3, "error": 0, "highest": 0, "least": 0}}},
+            "reach-it": {"axis": {"name": "axis", "unit": "steps/s", "measured": 3_000_001,
+                                  "least": 3_000_000, "most": None, "right": True}},
+            "planning-it": {"pass_clocks": {"64": 518}, "runs": [
+                {"depth": 64, "lines": 5000, "speed": 3400.7, "by_depth": 3394.1,
+                 "by_lines": 15000.0, "waiting": 63.0, "brakes": 0, "empty": 1}]},
+            "arcs-it": {"equal": {
+                "arcs": 101, "turns": 5000, "steps": 400, "corrective": 3, "beyond": 0,
+                "ripple": [0.0001] * 101,
+                **{name: [each / 128 for each in range(101)] for name in ("grid", "sync", "end")}}}}
+        made = {name: {"command": name, "seconds": 1, "resumed": False,
+                       "facts": summary(name, facts)} for name, facts in found.items()}
+        assert made["arcs-it"]["facts"]["equal"]["grid"] == [0.3906, 0.7734, 0.7812]
+        text = page({"parts": made, "cores": 2, "versions": []})
+        assert "| speed | 1 234 | 0 | 0.005 | 1.000 | 0.995 | yes |" in text
+        assert "| corners | 9 | 2 | 0.010 | 1.200 | 1.190 | **no** |" in text
+        assert "| ends | 0 | 3 | 0.000 | 0.000 | 0.000 | **no** |" in text
+        assert "| axis | 3 000 001 | steps/s | at least 3 000 000 | yes |" in text
+        assert "| 64 | 518 | 5 000 | 3 401 | 3 394 | 15 000 | 63.0 | 0 | 1 |" in text
+        assert ("| equal | 101 | 5 000 | 400 | 0.773 | 0.781 | 0.773 | 0.781 | 0.773 | 0.781 | "
+                "0.01 | 3 | 0 |") in text
 
     def test_each_machine_that_is_struck(self):
         def facts(name: str, **more) -> Any:
