@@ -189,9 +189,15 @@ def describe(c: Contract, dut: GCodeGate) -> None:
                   when=c.past(judged & named("X") & ~dut.stopped),
                   then=state("PASS") & done & (status == Mux(
                       c.past(dut.locked & dut.door), GCodeStatus.DOOR_OPEN, GCodeStatus.GOOD)))
-    sets = c.signal("line")[0]
-    others = ~named(*dut.commands) & ~sets
+    line = c.signal("line")
+    sets, any_time, unread = line[0], line[-2], line[-1]
+    others = ~named(*dut.commands) & ~sets & (characters >= 2)
     at_any_time = Cat(said[1] == ord(each) for each in "$GCXJ").any()
+    of_command = Cat(said[1] == ord(each) for each in "GCXJHSIRN").any()
+    c.invariant("others-known", "What such a line begins with is kept.",
+                ((characters < 2) | (any_time == at_any_time))
+                & ((characters != 2) | (said[1] < ord("A")) | (unread == ~of_command)),
+                cover=characters == 3, lemma=True)
     c.implication("others-refused", "What is none of them is refused, with 8 first unless it "
                   "begins as one of those that may come at any time.",
                   when=c.past(judged & others),
@@ -199,7 +205,6 @@ def describe(c: Contract, dut: GCodeGate) -> None:
                       c.past(dut.resting | at_any_time),
                       (status == GCodeStatus.UNSUPPORTED) | (status == GCodeStatus.NO_NUMBER),
                       status == GCodeStatus.NOT_IDLE))
-    of_command = Cat(said[1] == ord(each) for each in "GCXJHSIRN").any()
     c.implication("no-number", "A line with a letter of no command has no number.",
                   when=c.past(judged & others & dut.resting & (characters == 2)
                               & (said[1] >= ord("A"))),
