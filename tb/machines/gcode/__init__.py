@@ -180,9 +180,11 @@ MACHINE = Machine(
         "limits": ("benchmarks.limits --programs 32",
                    "benchmarks.limits arcs corners --programs 2"),
         "reach": ("benchmarks.gcode --blocks 10000", "benchmarks.gcode --blocks 100 --stops 3"),
-        "planning": ("benchmarks.planning", "benchmarks.planning --segments 400"),
+        "planning": ("benchmarks.planning --segments 100000",
+                     "benchmarks.planning --segments 400"),
         "arcs": ("benchmarks.arcs --arcs 2000", "benchmarks.arcs --turns 10000"),
         "load": ("benchmarks.load --seconds 60", "benchmarks.load --seconds 10")},
+                      sizes={"gcode": ("", "netlist nexys2-gcode")},
                       faults={"resets": (10_000, 1000), "flips": (4000, 300)},
                       unmutated="Its parts are mutated one by one."),
     **parts(__name__, "faults", "fuzz", "modelled", "netlist", "scenarios"))
