@@ -12,9 +12,12 @@ __all__ = ["GCODE_REPORTER"]
 
 FIELDS = 6
 """Fields of a report: always, pins, origin, overrides, accessories, end."""
-MESSAGES, BREAK, STATES, OK, ERROR, ALARM, FIRST_FIELD, PARTS = 0, 10, 16, 25, 26, 27, 28, 32
-"""Texts of answers and alarms, and the first of messages, states, first fields and parts of lists.
-Further fields are behind the text that ends an open line."""
+MESSAGES, OK, ERROR, ALARM, BREAK, STATES, FIRST_FIELD, PARTS = 0, 12, 13, 14, 15, 16, 28, 32
+"""Texts of answers, alarms and the end of an open line, and the first of messages, states, first
+fields and parts of lists."""
+
+FURTHER_FIELDS = 25, 26, 27, 54, 55
+"""Texts of the other fields."""
 
 
 def describe(c: Contract, dut: GCodeReporter) -> None:
@@ -101,15 +104,14 @@ def describe(c: Contract, dut: GCodeReporter) -> None:
     c.implication("accessories-wait", "They wait for the fields before.", when=fields.any(),
                   then=c.signal("accessories") == c.kept["accessories"], lemma=True)
     first = (text >= FIRST_FIELD) & (text < PARTS)
-    field: Bits = Mux(first, 0, text - BREAK)[:4]
+    field = Cat(first, *(text == number for number in FURTHER_FIELDS))
     c.implication("fields-in-order", "Its fields are asked for in their order, each once, and "
                   "the accessories are those of its begin.",
                   when=goes_on & c.past(fields.any()) & (fields != c.past(fields)),
                   then=asked & (fields == c.past(fields & (fields - 1))) & Mux(
-                      fields == 0, 1, ~c.past(began)) & (first | (text > BREAK))
-                  & (c.past(fields) >> field)[0]
-                  & (((1 << field) - 1)[:FIELDS] & c.past(fields) == 0)
-                  & ((field != 4) | (c.signal("pins") == c.kept["accessories"])))
+                      fields == 0, 1, ~c.past(began)) & (field & c.past(fields)).any()
+                  & ((field - 1)[:FIELDS] & c.past(fields) == 0)
+                  & (~field[4] | (c.signal("pins") == c.kept["accessories"])))
     c.implication("shown", "The first is that which is to be shown.",
                   when=goes_on & c.past(fields[0]) & ~fields[0],
                   then=text == FIRST_FIELD + c.past(dut.shown))
