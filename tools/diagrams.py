@@ -128,7 +128,7 @@ DIAGRAMS = (
         "g-code-control",
         "A feed hold (0x21): it is resumed (0x7E) only once the machine stands. Then a hard limit: "
         "stopped in the next clock, until a reset (0x18); a lock stays after it.",
-        "inputs: moving standing hard_limit unlock command code outputs: hold stop reset enable "
+        "inputs: moving standing limits unlock command code outputs: hold stop reset enable "
         "substate state: dut.control_state_state", 0, 17, radix=("code=hex", "substate=dec")),
     Diagram(
         "backlash",

@@ -224,6 +224,7 @@ def g_code_homing(run: Run) -> str:
     async def test(ctx):
         ctx.set(dut.standing, 1)
         ctx.set(dut.allowed, 1)
+        ctx.set(dut.only, 3)
         ctx.set(dut.start, 1)
         await ctx.tick()
         ctx.set(dut.start, 0)

@@ -783,6 +783,38 @@ def test_system_lines_wait_behind_what_grbl_waits_for(session, line):
     assert session.send("$C\nG4P1\n$#\n$C\n")[1:4] == ["ok", "ok", "error:8"]
 
 
+@pytest.mark.parametrize("line", ["G28.1", "G30.1", "G10L2P1X0", "G10L2P2X1", "G92.1", "G2X2Y0R.1"])
+def test_behind_some_lines_system_lines_do_not_wait(session, line):
+    """As docs/gcode.md says, where GRBL waits for all but the last."""
+    answers = _listed(session, f"M3S1\nG1X1F6000\n{line}\n$#\n")
+    assert answers[1:] == ["ok", "error:34" if "R" in line else "ok", "error:8"]
+
+
+@pytest.mark.parametrize("cause", ["limits", "stop", "door", "soft"])
+def test_a_program_s_end_that_does_not_come_is_not_answered(session, cause):
+    if cause == "soft":
+        session.send("$22=1\n$130=3\n$20=1\n$X\n")
+    session.send("G1X-2F600\nM30\n" + "G1X-9\n" * (cause == "soft"), wait=False)
+    if cause != "soft":
+        session.engine.set(**{cause: 1})
+    session.run(400_000 if cause != "soft" else 0)
+    answers = session.read()
+    session.engine.set(limits=0, stop=0, door=0)
+    if cause == "door":
+        assert answers == ["[MSG:Check Door]"]
+        session.send("~", wait=False, read=False)
+        session.run(SECOND)
+        assert session.read() == ["[MSG:Pgm End]", "ok"]
+    elif cause == "soft":  # the line that leaves the travel waits behind the end
+        assert answers + _listed(session, "") == [
+            "[MSG:Pgm End]", "ok", "ALARM:2", "[MSG:Reset to continue]"]
+    else:
+        assert answers[0] == f"ALARM:{10 if cause == 'stop' else 1}"
+    if cause != "door":
+        session.send("\x18$X\n", wait=False)
+    assert session.send("M2\n") == ["[MSG:Pgm End]", "ok"]
+
+
 def test_system_lines_wait_behind_a_pause(session):
     session.send("G1X1F6000\nM0\n$#\n", wait=False)
     session.run(400_000)

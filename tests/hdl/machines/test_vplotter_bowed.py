@@ -144,7 +144,7 @@ def test_it_sags_as_far_as_the_page_says():
 
 @pytest.mark.parametrize("name", ["", "stop", "motor_fault", "door"])
 def test_what_ends_it_forgets_the_place(session, name):
-    """A reset does, and a contact, after which a reset is wanted."""
+    """A reset does, and a contact, after which a reset is wanted; with the door it is its own."""
     home(session)
     start(session, 5, 15)
     command(session, ":F00550015", "Drawing.", 400_000)
@@ -154,7 +154,8 @@ def test_what_ends_it_forgets_the_place(session, name):
         session.run(20_000)
         session.engine.set(**{name: 0})
         session.run(20_000)
-    session.send("\x18")
+    if name != "door":
+        session.send("\x18")
     assert b"Stopped before the end." in session.take(60_000, b"unlock]\r\n")
     before = session.pen
     session.run(200_000)

@@ -4,10 +4,13 @@
 
 import random
 import re
+from typing import Any
 
 import pytest
 from amaranth import Fragment
 
+from fresa.machines.gcode import GCodeSettings
+from fresa.machines.vplotter import VPlotterSettings
 from fresa.protocol import GCodeMessage, GCodeReporter, GCodeState, GCodeText, TextSource
 from tb.boards import component
 from tb.engines import choose
@@ -252,9 +255,9 @@ def test_greeting(dialect, greeting):
     assert sent == greeting
 
 
-def texts(notes: list[str]) -> TextSource:
+def texts(notes: list[str], **parameters: Any) -> TextSource:
     """Return what a reporter with these notes says."""
-    reporter = GCodeReporter(notes=notes)
+    reporter = GCodeReporter(notes=notes, **parameters)
     Fragment.get(reporter, None)  # else Amaranth warns that it is unused
     return reporter.texts
 
@@ -266,8 +269,13 @@ def test_what_a_build_says():
                     b"[MSG:2]\r\n")
 
 
-def test_texts_are_in_one_block_ram():
-    assert texts(["a" * 90, "b" * 60]).size <= 2048
+@pytest.mark.parametrize("settings", [
+    GCodeSettings(), GCodeSettings(probing=False, startup_lines=False, single_axes=False),
+    GCodeSettings(kinematics="corexy", second_motor="z"), GCodeSettings(dialect="thesis"),
+    VPlotterSettings(), VPlotterSettings(bowed=True)])
+def test_texts_are_in_one_block_ram(settings):
+    assert texts(settings.notes, options=settings.options, stores=settings.stores,
+                 dialect=settings.dialect).size <= 2048
 
 
 @pytest.mark.parametrize(("parameters", "message"), [
