@@ -165,7 +165,7 @@ def _answers_to(model: Interpreter, line: _Line) -> tuple[tuple[bytes, ...], Seq
         if plain[:3].upper() == "$J=":
             return (_answer_jog(model, text), b"error:8", *damage), ()
         if plain.startswith("$"):
-            return (b"ok", *(b"error:%d" % number for number in (3, 4, 5, 8, 11, 38))), ()
+            return (b"ok", *(b"error:%d" % number for number in (2, 3, 4, 5, 8, 11, 13, 38))), ()
         items, status = read_words(text)
         if status or line.damaged:
             model.check(items)
