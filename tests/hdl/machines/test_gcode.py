@@ -1047,24 +1047,25 @@ class TestStoredProgram:
             assert machine.state()[0] == "Hold:0"
             self.press(machine)
             assert machine.at(1, 1, 0)  # the line behind M30 is not run
-            assert machine.read() == []
+            assert machine.read() == ["[MSG:Pgm End]"]
         assert machine.send("X2\n") == ["ok"]
         assert machine.at(2, 1, 0)
 
     def test_lines_come_behind_it(self, machine):
         self.press(machine, 0)
-        assert machine.send("G1Y2F6000\n", wait=False) == ["ok"]
+        assert machine.send("G1Y2F6000\n", wait=False) == []
         machine.run(400_000)
         assert machine.at(1, 0, 0)
         self.press(machine, 500_000)
         assert machine.at(1, 2, 0)
+        assert machine.read() == ["[MSG:Pgm End]", "ok"]
 
     def test_a_line_that_has_begun_does_not_keep_it_back(self, machine):
         machine.send("G1 X", wait=False)
         self.press(machine)
         self.press(machine)
         assert machine.at(1, 1, 0)
-        assert len(machine.read()) == 1
+        assert machine.read() == ["error:11", "[MSG:Pgm End]"]
         assert machine.send("9\nG0X2\n") == ["ok"]  # the rest of that line
         assert machine.at(2, 1, 0)
 
