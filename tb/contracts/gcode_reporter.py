@@ -104,7 +104,7 @@ def describe(c: Contract, dut: GCodeReporter) -> None:
     c.implication("accessories-wait", "They wait for the fields before.", when=fields.any(),
                   then=c.signal("accessories") == c.kept["accessories"], lemma=True)
     first = (text >= FIRST_FIELD) & (text < PARTS)
-    field = Cat(first, *(text == number for number in FURTHER_FIELDS))
+    field: Bits = Cat(first, *(text == number for number in FURTHER_FIELDS))
     c.implication("fields-in-order", "Its fields are asked for in their order, each once, and "
                   "the accessories are those of its begin.",
                   when=goes_on & c.past(fields.any()) & (fields != c.past(fields)),
