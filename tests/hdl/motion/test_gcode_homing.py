@@ -31,7 +31,7 @@ class Machine:
         self.wait = self.begins = self.dwell = self.dwells = 0
         self.requests: list[tuple[int, ...]] = []
         self.failure = 0
-        engine.set(start=1, lower=lower)
+        engine.set(start=1, lower=lower, only=3)
         engine.run(1)
 
     def on(self) -> int:
