@@ -291,12 +291,12 @@ def test_door_of_a_jog_is_said_at_once(engine):
     machine = Machine(engine, jogging=1)
     machine.run(8, moving=1)
     machine.messages.clear()
-    assert machine.run(2, door=1) == "JOG"
+    assert machine.run(3, door=1) == "JOG"
     assert machine.messages == [GCodeMessage.CHECK_DOOR]
     assert machine.run(10) == "DOOR:1"
     assert machine.messages == [GCodeMessage.CHECK_DOOR]
     machine.run(2, door=0, sleep=0)
-    machine.command(RealtimeCode.DOOR, 2)
+    machine.command(RealtimeCode.DOOR, 4)
     assert machine.messages == [GCodeMessage.CHECK_DOOR] * 2
 
 
@@ -315,7 +315,7 @@ def test_homing_ends_a_lock(engine):
     assert machine.run(4) == "ALARM"
     assert machine.messages == [GCodeMessage.GREETING, GCodeMessage.LOCKED]
     assert machine.run(4, home=1, moving=1, limits=1) == "HOME"
-    assert machine.run(4, home=0, moving=0) == "IDLE"
+    assert machine.run(4, home=0, moving=0, limits=0) == "IDLE"
     assert machine.command(RealtimeCode.RESET, 8) == "IDLE"
     machine.run(4, home=1, moving=1)
     machine.command(RealtimeCode.RESET)

@@ -200,7 +200,7 @@ def test_during_a_jog_there_may_be_another_and_no_other_line(gate):
         engine.set(jogging=1)
         machine.send("$J=Y1\nG1\nG\n$$\n$G\n\n")
         assert (machine.letters, machine.statuses, machine.jogs) == (
-            "xGyG", [8, 0, 0, 9, 9, 8, 0, 0], 2)
+            "xGyG", [8, 0, 0, 9, 9, 0, 0, 0], 2)
 
 
 def test_there_is_no_homing_cycle_before_a_reset_that_is_due(gate):
@@ -391,6 +391,7 @@ def test_homing_of_one_axis(gate):
         machine = Machine(engine, {**DEFAULTS, 22: 1})
         machine.send("$HX\n$HY\n$hz\n$H\n$HA\n$HXY\n$H1\n")
         assert (machine.statuses, machine.axes) == ([0] * 4 + [3] * 3, [0, 1, 2, 3])
+    with AmaranthEngine(gate) as engine:
         machine = Machine(engine, DEFAULTS)
         machine.send("$HX\n")
         assert machine.statuses == [5]
