@@ -28,7 +28,7 @@ from tools.processes import pool
 from .limit_programs import KINDS, Program, program
 from .limit_windows import COARSE, QUANTITIES, SHARE, TIME, Found, measure
 
-__all__ = ["MACHINE", "Result", "main", "run", "summary", "table"]
+__all__ = ["MACHINE", "Result", "main", "of_steps", "run", "summary", "table"]
 
 ERROR, ERROR_OF_SPEED, MOST_ERROR = 100 * SHARE, 100 * SHARE / 6, 100 * COARSE
 """Percent of a limit."""
@@ -114,14 +114,18 @@ def run(made: Program) -> Steps:
         return machine.steps()
 
 
+def of_steps(made: Program, steps: Steps, claim: float = 1.0) -> Iterator[Found]:
+    """Measure a program by the steps that it made."""
+    rows = [np.flatnonzero(steps.change[:, axis]) for axis in range(3)]
+    return measure(made, MACHINE.clock, [steps.clock[each] for each in rows],
+                   [steps.change[each, axis].astype(np.int64)
+                    for axis, each in enumerate(rows)], claim)
+
+
 def measured(kind: str, seed: str, claim: float) -> list[Found]:
     """Make a random program, run it, and measure it."""
     made = program(kind, random.Random(seed))
-    steps = run(made)
-    rows = [np.flatnonzero(steps.change[:, axis]) for axis in range(3)]
-    return list(measure(made, MACHINE.clock, [steps.clock[each] for each in rows],
-                        [steps.change[each, axis].astype(np.int64)
-                         for axis, each in enumerate(rows)], claim))
+    return list(of_steps(made, run(made), claim))
 
 
 def summary(found: Iterable[Found], kinds: Iterable[str] = KINDS) -> dict[str, Result]:

@@ -10,8 +10,8 @@ import pytest
 
 from benchmarks import limits
 from benchmarks.limit_programs import KINDS, Arc, Limits, Piece, Program, program
-from benchmarks.limit_windows import AlignmentError, measure
-from benchmarks.limits import MACHINE, Result, main, summary
+from benchmarks.limit_windows import AlignmentError
+from benchmarks.limits import MACHINE, Result, main, of_steps, summary
 from tb.models.gcode_machine import MachineModel
 from tb.models.gcode_plan import PlanSettings
 from tools.gcode.simulation import Steps
@@ -37,10 +37,7 @@ def moved(made: Program) -> Steps:
 def results(made: Program, steps: Steps, claim: float = 1.0,
             kinds: Iterable[str] = KINDS) -> dict[str, Result]:
     """Measure a program that was run."""
-    rows = [np.flatnonzero(steps.change[:, axis]) for axis in range(3)]
-    return summary(measure(made, CLOCK, [steps.clock[each] for each in rows],
-                           [steps.change[each, axis].astype(np.int64)
-                            for axis, each in enumerate(rows)], claim), kinds)
+    return summary(of_steps(made, steps, claim), kinds)
 
 
 @pytest.fixture(scope="module")

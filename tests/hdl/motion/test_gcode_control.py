@@ -295,7 +295,7 @@ def test_door_of_a_jog_is_said_at_once(engine):
     assert machine.messages == [GCodeMessage.CHECK_DOOR]
     assert machine.run(10) == "DOOR:1"
     assert machine.messages == [GCodeMessage.CHECK_DOOR]
-    machine.run(2, door=0, sleep=0)
+    machine.run(2, door=0)
     machine.command(RealtimeCode.DOOR, 4)
     assert machine.messages == [GCodeMessage.CHECK_DOOR] * 2
 

@@ -408,14 +408,16 @@ def test_with_the_door_open_nothing_homes_and_no_alarm_ends(gate):
         assert (machine.statuses[3:], machine.homes, machine.unlocks) == ([0, 13], 0, 1)
 
 
-@pytest.mark.parametrize("text", ["$100", "$RST", "$RST=", "$RST=$$", "$SL", "$N5", "$I1",
-                                  "$SLPP", "$RST=1", "$RST=$1", "$GX", "$XRST=$", "$RST=$RST=$",
-                                  "$100=1X", "$X100=1", "$1X=1", "$-100=1", "$100.0=1",
-                                  "$$1", "$100=1-60", "$100=--50", "$100=1.5.70", "$100=+-60",
-                                  "$100=.-60"])
-def test_what_only_looks_like_a_setting_is_refused(gate, text):
+@pytest.mark.parametrize(("text", "status"), [
+    # Where a number has to be, and is not
+    *((text, 2) for text in ("$100=", "$=1", "$=", "$Q", "$Q100=1", "$100==1", "$100=X")),
+    *((text, 3) for text in (
+        "$100", "$RST", "$RST=", "$RST=$$", "$SL", "$N5", "$I1", "$SLPP", "$RST=1", "$RST=$1",
+        "$GX", "$XRST=$", "$RST=$RST=$", "$100=1X", "$X100=1", "$1X=1", "$-100=1", "$100.0=1",
+        "$$1", "$100=1-60", "$100=--50", "$100=1.5.70", "$100=+-60", "$100=.-60"))])
+def test_what_only_looks_like_a_setting_is_refused(gate, text, status):
     with AmaranthEngine(gate) as engine:
         machine = Machine(engine, DEFAULTS)
         machine.send(text + "\n")
-        assert machine.statuses == [3]
+        assert machine.statuses == [status]
         assert machine.values == [*DEFAULTS.values()]
