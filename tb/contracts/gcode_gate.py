@@ -212,13 +212,13 @@ def describe(c: Contract, dut: GCodeGate) -> None:
                                      GCodeStatus.NO_NUMBER))
     c.implication("jogs", "A jog is refused unless it is at rest and not locked, or jogs.",
                   when=c.past(judged & named("J=")),
-                  then=state("PASS") & done & (c.signal("status") == Mux(
+                  then=state("PASS") & done & (status == Mux(
                       c.past(dut.jogging | (dut.resting & ~dut.locked)),
                       GCodeStatus.GOOD, GCodeStatus.NOT_IDLE)))
     c.implication("stores", "A text is refused unless it is at rest, a line while it is locked, "
                   "and either if it is too long.",
                   when=c.past(judged & named(*STORES)),
-                  then=state("PASS") & done & (c.signal("status") == Mux(
+                  then=state("PASS") & done & (status == Mux(
                       c.past(~dut.resting | (dut.locked & brings[:2].any())),
                       GCodeStatus.NOT_IDLE, Mux(c.past(dut.too_long),
                                                 GCodeStatus.TEXT_TOO_LONG, GCodeStatus.GOOD))))
