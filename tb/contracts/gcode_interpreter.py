@@ -169,6 +169,7 @@ def describe(c: Contract, dut: GCodeInterpreter) -> None:
     c.implication("no-axis-is-not-stored", "That of no axis is not.",
                   when=c.past(position.valid & position.ready & none & ~c.rst),
                   then=~c.signal("stores"))
+    _waits(c, dut, state, acts)
     _line(c, dut, state, begun)
     _streams(c, dut, kept)
     _parts(c)
@@ -213,6 +214,23 @@ def _line(c: Contract, dut: GCodeInterpreter, state, begun: Bits) -> None:
         c.invariant(f"{name}-are-some", "Motion, plane and system are of those that there are; the "
                     "spindle turns in one direction.", _some(modes),
                     cover=modes.motion.as_value() == 4)
+
+
+def _waits(c: Contract, dut: GCodeInterpreter, state, acts: Bits) -> None:
+    """State what the last one was of all that is done or stored."""
+    store, kind = c.part("coordinates"), dut.actions.p.kind.as_value()
+    stored = state("STORE_NON_MODAL") & store.done
+    at_once = [0, 1, 2, 10, 12]  # lines, arcs, jogs and lines that probe
+    waits = c.keep(1, name="grbl_waits")
+    with c.m.If(stored | (acts & (kind != GCodeActionKind.PROBED.value))):
+        c.m.d.sync += waits.eq(stored | ~Cat(kind == each for each in at_once).any())
+    with c.m.If(c.rst):
+        c.m.d.sync += waits.eq(0)
+    c.implication("waits", "With an answer it is known whether GRBL would have waited.",
+                  when=dut.answers.valid, then=dut.waits == waits)
+    c.invariant("waits-known", "So it is but while an action is offered, or something is stored.",
+                (dut.waits == waits) | dut.actions.valid | state("STORE_NON_MODAL"),
+                cover=waits & state("READ"), lemma=True)
 
 
 def _some(modes) -> Bits:

@@ -66,10 +66,10 @@ def describe(c: Contract, dut: Overrides) -> None:
                   then=~outputs.clockwise & ~outputs.counter_clockwise)
     was_stopped = c.keep(1, name="spindle_was_stopped")
     c.m.d.sync += was_stopped.eq(stopped & ~c.rst)
-    c.invariant("respun", "That one turns again that was stopped is said, for a clock.",
-                (c.signal("was_stopped") == was_stopped) & (dut.respun == (
+    c.invariant("spindle-restored", "That one turns again that was stopped is said, for a clock.",
+                (c.signal("was_stopped") == was_stopped) & (dut.spindle_restored == (
                     was_stopped & ~stopped & (program.clockwise | program.counter_clockwise))),
-                cover=dut.respun)
+                cover=dut.spindle_restored)
     c.invariant("stop-is-kept", "That it is stopped is kept.", c.signal("stopped") == stopped,
                 cover=stopped, lemma=True)
     wanted: list[Bits] = []

@@ -72,7 +72,7 @@ class ControlModel:
             self.message = self.to_say.pop(0) if self.to_say else None
         was, renewed = self.state, self.renewing
         for message, said in ((RESTORING, inputs["restoring"]), (PROGRAM_END, inputs["ended"]),
-                              (RESTORING_SPINDLE, inputs["respun"] and not renewed)):
+                              (RESTORING_SPINDLE, inputs["spindle_restored"] and not renewed)):
             if said:
                 self._say(message)
         self._follow(came, bool(reset), bool(flush), inputs)

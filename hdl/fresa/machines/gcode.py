@@ -531,7 +531,7 @@ class GCode(MachineComponent):
             receiver.rx.eq(self.rx),
             gate.locked.eq((control.state == GCodeState.ALARM)
                            | (control.state == GCodeState.SLEEP)),
-            gate.jogging.eq(control.jogging),
+            gate.jogging.eq(control.jogging), gate.waiting.eq(interpreter.waits),
             control.check.eq(gate.checking),
             gate.answered.eq(answers.valid & answers.ready),
             gate.accepted.eq(answers.payload == 0),
@@ -560,12 +560,6 @@ class GCode(MachineComponent):
             planner.actions.payload.eq(actions.payload), actions.ready.eq(planner.actions.ready),
             planner.actions.valid.eq(actions.valid & ~(shows & offsets)),
         ]
-        # GRBL has done these before it answers: from DWELL to OFFSETS, PAUSE and END.
-        kind = Value.cast(interpreter.actions.p.kind)
-        with m.If(interpreter.actions.valid):
-            m.d.sync += gate.waiting.eq(Mux(kind[3], ~kind[1:3].any(), kind[2]))
-        with m.If(renewed):
-            m.d.sync += gate.waiting.eq(0)
         # A clock later, as it is far; nothing is left of them where a reset began meanwhile.
         for name in ("unlock", "sleep", "restart", "restoring"):
             asked = Signal(name=f"asks_{name}")
@@ -652,7 +646,7 @@ class GCode(MachineComponent):
         m.d.sync += was_off.eq(motion.off)
         m.d.comb += [
             overrides.command.eq(realtime.command), overrides.code.eq(realtime.code),
-            control.respun.eq(overrides.respun),
+            control.spindle_restored.eq(overrides.spindle_restored),
             overrides.restore.eq(renewed | motion.off & ~was_off | motion.ended),
             overrides.program.eq(motion.outputs),
             overrides.switches.eq(Cat(control.state == each for each in (
@@ -976,10 +970,8 @@ class GCode(MachineComponent):
             homing.standing.eq(motion.still),
         ]
         connect(m, homing.request, planner.homing)
-        if self.settings.homes_one:
+        if self.settings.dialect == "grbl":
             m.d.comb += homing.only.eq(gate.homes)
-        elif self.settings.dialect == "grbl":
-            m.d.comb += homing.only.eq(3)
 
     def _probe(self, m: Module, control: GCodeControl, renewed: Signal, gate: GCodeGate,
                lister: GCodeLister, planner: GCodePlanner, motion: BlockMotion,

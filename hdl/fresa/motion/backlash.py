@@ -131,11 +131,13 @@ class BacklashCompensator(wiring.Component):
         active = Signal()  # a step was requested since the last stop
         adds = Signal()  # the load is not there, and there was a tick
         waits = Signal()  # the driver has not made the added step
+        moves = Signal(signed(len(slack) + 1))  # the slack after a step that does not push
         pushes = Signal()
         stops = Signal()
         m.d.comb += [
             stops.eq(self.stop | ResetSignal()),
-            pushes.eq(Mux(self.direction, slack >= self.backlash, slack == 0)),
+            moves.eq(slack + Mux(self.direction, 1, -1)),
+            pushes.eq(Mux(self.direction, slack >= self.backlash, moves[-1])),
             self.busy.eq(active & (ahead != 0)),
             self.extra_direction.eq(ahead[-1]),
             self.extra.eq(adds & ~self.step & ~self.pending & ~stops),
@@ -147,7 +149,7 @@ class BacklashCompensator(wiring.Component):
         # Nothing changes `ahead` in the clock of the tick, nor before the step is added.
         m.d.sync += adds.eq(self.busy & self.tick & ~self.pending & ~adds & ~stops)
         with m.If(self.moved & ~pushes):
-            m.d.sync += slack.eq(slack + Mux(self.direction, 1, -1))
+            m.d.sync += slack.eq(moves)
         with m.If((self.moved & ~pushes) | self.correct):
             m.d.sync += ahead.eq(ahead + Mux(self.correct_direction, -1, 1))
         with m.If(self.moved | ~self.pending):

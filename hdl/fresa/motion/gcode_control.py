@@ -106,7 +106,7 @@ class GCodeControl(wiring.Component):
         that began in DOOR, it is DOOR again.
     ended : In(1)
         The program has ended, for a clock.
-    respun : In(1)
+    spindle_restored : In(1)
         A spindle that was stopped in HOLD turns again, for a clock; but in RENEW it does not count.
     limits : In(4)
         Limit switches.
@@ -149,7 +149,7 @@ class GCodeControl(wiring.Component):
         The greeting after START, then that a limit switch is on, and the reminder of a lock; after
         an alarm that needs a reset the reminder of that; that the door is open, also where it opens
         again in DOOR, and in JOG and SLEEP; that an alarm was ended by `unlock`; that check mode
-        begins and ends, and sleep begins; `restoring`, `respun` and `ended`.
+        begins and ends, and sleep begins; `restoring`, `spindle_restored` and `ended`.
     fault : Out(1)
         The state register was upset: ``stop`` and ``hold`` are 1. Stays until the reset of all.
     """
@@ -169,7 +169,7 @@ class GCodeControl(wiring.Component):
     door: In(1)
     restarted: In(1)
     ended: In(1)
-    respun: In(1)
+    spindle_restored: In(1)
     limits: In(4)
     hard: In(1)
     emergency: In(1)
@@ -339,7 +339,7 @@ class GCodeControl(wiring.Component):
 
         with m.If(opens & within("JOG", "DOOR", "SLEEP")):
             m.d.sync += wants[GCodeMessage.CHECK_DOOR].eq(1)
-        with m.If(self.respun & ~within("RENEW")):
+        with m.If(self.spindle_restored & ~within("RENEW")):
             m.d.sync += wants[GCodeMessage.RESTORING_SPINDLE].eq(1)
 
         # In any state, the most urgent last.

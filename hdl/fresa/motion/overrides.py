@@ -59,7 +59,7 @@ class Overrides(wiring.Component):
         In percent.
     outputs : Out(Outputs)
         What is on.
-    respun : Out(1)
+    spindle_restored : Out(1)
         A spindle that was stopped so turns again, for one clock.
     coolant : Out(1)
         Flood or mist is to be on, whether it is off by ``coolant_off`` or not.
@@ -81,7 +81,7 @@ class Overrides(wiring.Component):
     rapid: Out(OVERRIDE_BITS, init=NORMAL)
     spindle: Out(OVERRIDE_BITS, init=NORMAL)
     outputs: Out(Outputs)
-    respun: Out(1)
+    spindle_restored: Out(1)
     coolant: Out(1)
     changed: Out(1)
 
@@ -156,7 +156,7 @@ class Overrides(wiring.Component):
         was_stopped = Signal()
         m.d.sync += was_stopped.eq(stopped)
         m.d.comb += [
-            self.respun.eq(was_stopped & ~stopped
+            self.spindle_restored.eq(was_stopped & ~stopped
                            & (program.clockwise | program.counter_clockwise)),
             self.coolant.eq(Cat(wanted).any()),
             self.outputs.clockwise.eq(program.clockwise & ~off),

@@ -118,8 +118,8 @@ class GCodeGate(wiring.Component):
     door : In(1)
         The door is open.
     waiting : In(1)
-        The last action is one for which GRBL waits before it answers. So a system line waits here
-        until it is at rest; but not while it is locked or in check mode.
+        The last line that did anything is one for which GRBL waits before it answers. So a system
+        line waits here until it is at rest; but not while it is locked or in check mode.
     settling : In(1)
         What was done before is not complete: `resting` says nothing yet.
     unlock : Out(1)

@@ -52,6 +52,16 @@ class GCodeActionKind(enum.Enum, shape=unsigned(4)):
     PROBED = 13  # taken when that has ended
 
 
+MOTIONS = (GCodeActionKind.RAPID, GCodeActionKind.LINE, GCodeActionKind.ARC, GCodeActionKind.JOG,
+           GCodeActionKind.PROBE)
+"""Actions that GRBL answers before they are done."""
+
+WAITED_FOR = (GCodeActionKind.DWELL, GCodeActionKind.SPINDLE, GCodeActionKind.COOLANT,
+              GCodeActionKind.OFFSETS, GCodeActionKind.PAUSE, GCodeActionKind.END)
+"""Actions that GRBL has done, with all before them, when it answers; so it is with what is stored
+of coordinates."""
+
+
 class GCodeAction(data.Struct):
     """An action, with the modes in which it is done."""
 
@@ -146,6 +156,9 @@ class GCodeInterpreter(wiring.Component):
         Make the word at an address 0. Between two lines.
     ending : Out(1)
         M2 or M30 is being done, and resets the modes: from before its last actions to its answer.
+    waits : Out(1)
+        Of actions, and of coordinates, offsets and lengths that were stored, the last was one that
+        GRBL has done, with all before it, when it answers: so no motion is behind it.
     fault : Out(1)
         A state register was upset. Stays until reset.
 
@@ -169,7 +182,7 @@ class GCodeInterpreter(wiring.Component):
             "modes": Out(GCodeModes), "feed_zero": Out(1, init=1), "shown_address": In(6),
             "divide": In(1), "division": In(GCodeDivision), "divided": Out(1),
             "shown": Out(signed(self.width)), "erase": In(1), "erase_address": In(6),
-            "ending": Out(1), "fault": Out(1),
+            "ending": Out(1), "waits": Out(1), "fault": Out(1),
         })
 
     def elaborate(self, platform) -> Module:
@@ -222,6 +235,8 @@ class GCodeInterpreter(wiring.Component):
 
         def offer(kind: GCodeActionKind, then: str, following: CoordinateSum | None = None) -> None:
             m.d.comb += [self.actions.valid.eq(1), action.kind.eq(kind)]
+            if kind in (*MOTIONS, *WAITED_FOR):
+                m.d.sync += self.waits.eq(kind in WAITED_FOR)
             with m.If(self.actions.ready):
                 m.next = then
                 if following is not None:
@@ -430,7 +445,10 @@ class GCodeInterpreter(wiring.Component):
                             compute(CoordinateSum.SET_LENGTH, "STORE_NON_MODAL")
                             with m.If(line.cancels):
                                 m.d.sync += total.eq(CoordinateSum.CLEAR_LENGTH)
-            computed("STORE_NON_MODAL", "COMPARE_ORIGIN", CoordinateSum.ORIGIN_CHANGE)
+            with m.State("STORE_NON_MODAL"):
+                m.d.sync += self.waits.eq(1)
+                with m.If(store.done):
+                    compute(CoordinateSum.ORIGIN_CHANGE, "COMPARE_ORIGIN")
             with m.State("COMPARE_ORIGIN"):
                 with m.If(store.done):
                     m.next = "MOVE"

@@ -15,7 +15,7 @@ from tb.models.gcode_control import ControlModel
 LEVELS = ("moving", "standing", "jogging", "home", "check", "door", "hard", "emergency",
           "motor_fault", "strict", "locked_start", "restarted")
 PULSES = ("pause", "sleep", "unlock", "command", "alarms_ready", "messages_ready", "restart",
-          "restoring", "ended", "respun", "rst")
+          "restoring", "ended", "spindle_restored", "rst")
 OUTPUTS = ("hold", "stop", "critical", "state", "substate", "report", "reset", "flush",
            "cancelled", "enable", "fault", "alarms_valid", "alarms_payload", "messages_valid",
            "messages_payload")
@@ -99,7 +99,7 @@ class Machine:
                 self.speed = min(self.speed + 1, 5)
             self.engine.run(1)
             self.engine.set(command=0, pause=0, sleep=0, unlock=0, restart=0, restoring=0,
-                            ended=0, respun=0, failure=0, standing=int(self.speed == 0),
+                            ended=0, spindle_restored=0, failure=0, standing=int(self.speed == 0),
                             moving=int(self.wants or self.speed > 0))
         state, substate = self.engine.get("state", "substate")
         state = GCodeState(int(state))
