@@ -8,10 +8,14 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from amaranth import Module, Signal, Value
 from numpy.typing import NDArray
 
 from fresa.machines.gcode import AXES, GCode, GCodeSettings
+from fresa.motion import GCodeControl, GCodePlanner
+from fresa.protocol import RealtimeFilter
 from tb.boards import component
+from tb.design import Design
 from tb.engines import CXXRTLEngine
 from tb.models.protocol import bits
 from tb.uart import Decoder
@@ -41,17 +45,21 @@ SHORT_NS = 100
 PATH = 2.147
 """m/s: 2**31 - 1 nm/s."""
 
+ARC_PER_MM, RADIUS, ARC_FEED = 250, 400, 110_000
+"""Of an arc: steps per mm, radius in mm, and mm/min."""
+
 ABOUT = f"""\
 Runs the G-code machine at 50 MHz in simulation, clock by clock, with the times of an A4988 and
 {PER_MM} steps/mm, and measures at its pins: how many steps a second each of three axes makes in
 lines of all three at once, how many short lines a second are read, planned and made at 1 Mbaud,
 that each is answered and all end where they say, in how many clocks a limit switch stops, and on
-how much way a feed hold.
+how much way a feed hold. Then, with {ARC_PER_MM} steps/mm, half a circle as fast: what two axes
+reach where it runs along them, how far the pins are from the circle, and how constant the feed is.
 
 Then the same machine with drivers that take pulses of {SHORT_NS} ns: how many steps a second each
 of three axes makes in lines of all three at once, with {FINE} steps/mm, and how many one axis
 makes by itself, with {COARSE} steps/mm. With so few, the path of three axes as fast as that would
-be faster than the {PATH:g} m/s that a path may have. In all, two minutes.
+be faster than the {PATH:g} m/s that a path may have. In all, three minutes.
 
 Exit status 1 if one is not as asked.
 """
@@ -73,7 +81,11 @@ SHORT_RATE = 3_000_000
 LINES = 5_000
 """Lines a second that are asked for."""
 STOP = 4
-"""Clocks from the end of the filter's longest time to the last rising edge at most."""
+"""Clocks from the end of the filter's time to the last rising edge at most."""
+OFF_CIRCLE = 1
+"""Steps from the true circle at most."""
+FEED = 0.01
+"""By what share the feed of an arc differs at most."""
 GRANULE = 128
 """Clocks in which the speed changes at least once."""
 
@@ -84,6 +96,9 @@ FAST = GCodeSettings(
 SHORT = replace(
     FAST, steps_per_mm=(Fraction(FINE),) * AXES, max_rate=(Fraction(22_560),) * AXES,
     width_ns=SHORT_NS, low_ns=SHORT_NS, setup_ns=20, hold_ns=20)
+
+ARC = b"$100=%d\n$101=%d\n$110=%d\n$111=%d\n" % (*(ARC_PER_MM,) * 2, *(ARC_FEED,) * 2)
+"""Sets X and Y of it, in an order in which each is one that pulses can make."""
 
 ALONE = b"$110=100\n$100=%d\n$110=112800\n" % COARSE
 """Sets X of it, which makes steps by itself; a rate must be one that pulses can make."""
@@ -119,6 +134,27 @@ class Figure(NamedTuple):
                 f"{'' if self.right else '  NOT REACHED'}").rstrip()
 
 
+class Watched(GCode):
+    """The machine; `passed` shows which limit switches its filter has passed."""
+
+    def __init__(self, *, settings: GCodeSettings) -> None:
+        super().__init__(settings=settings)
+        self.passed = Signal(AXES)
+
+    def _inputs(self, m: Module, control: GCodeControl, realtime: RealtimeFilter,
+                planner: GCodePlanner, flags: Value) -> Signal:
+        switches = super()._inputs(m, control, realtime, planner, flags)
+        m.d.comb += self.passed.eq(control.limits)
+        return switches
+
+    @classmethod
+    def design(cls, settings: GCodeSettings) -> Design:
+        """Return it as a design, with that as an output."""
+        machine = cls(settings=settings)
+        design = component("gcode", machine)
+        return replace(design, outputs={**design.outputs, "passed": machine.passed})
+
+
 class Machine:
     """The machine on an engine, and the steps that left its pins."""
 
@@ -129,13 +165,18 @@ class Machine:
         self.text = ""
         self.position = np.zeros(AXES, np.int64)
         self.edges: list[list[NDArray[np.int64]]] = [[] for _ in range(AXES)]
+        self.ways: list[list[NDArray[np.int64]]] = [[] for _ in range(AXES)]
         self.high = 0
+        self.passed = -1
         engine.set(rx=1)
         self.run(5_000)
 
     def run(self, clocks: int) -> None:
-        """Let time pass, and count."""
-        seen = self.engine.run(clocks, ("step", "direction", "tx"))
+        """Let time pass, and count; note when the first limit switch was passed."""
+        seen = self.engine.run(clocks, ("step", "direction", "tx", "passed"))
+        passed = np.flatnonzero(seen["passed"])
+        if self.passed < 0 and len(passed):
+            self.passed = int(seen.clock[passed[0]])
         step = seen["step"].astype(np.int64)
         rises = step & ~np.concatenate([[self.high], step[:-1]]) if len(step) else step
         self.high = int(step[-1]) if len(step) else self.high
@@ -144,7 +185,8 @@ class Machine:
             rows = np.flatnonzero(rises >> axis & 1)
             if len(rows):
                 self.edges[axis].append(clock[rows])
-                self.position[axis] += int((2 * (direction[rows] >> axis & 1) - 1).sum())
+                self.ways[axis].append(2 * (direction[rows] >> axis & 1) - 1)
+                self.position[axis] += int(self.ways[axis][-1].sum())
         for when, level in zip(seen.clock.tolist(), seen["tx"].tolist(), strict=True):
             self.text += self.decoder.feed(when, level).decode()
 
@@ -166,9 +208,15 @@ class Machine:
         """Return the clocks of the rising edges of an axis so far."""
         return np.concatenate([np.zeros(0, np.int64), *self.edges[axis]])
 
+    def places(self, axis: int, clocks: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Return where an axis is in some clocks, by the edges so far."""
+        ways = np.concatenate([np.zeros(1, np.int64), *self.ways[axis]])
+        return np.cumsum(ways)[np.searchsorted(self.steps(axis), clocks, "right")]
+
     def forget(self) -> None:
-        """Forget edges and text."""
-        self.edges, self.text = [[] for _ in range(AXES)], ""
+        """Forget edges and text; places are then counted from here."""
+        self.edges, self.ways = ([[] for _ in range(AXES)] for _ in range(2))
+        self.text, self.passed = "", -1
 
 
 def _rate(machine: Machine, drivers: str, names: str, lines: int, mm: int, per_mm: int, least: int
@@ -239,10 +287,42 @@ def _hold(machine: Machine) -> Iterator[Figure]:
                  abs(int(machine.position[0]) - begin - 20 * PER_MM), most=0)
 
 
+def _arc(machine: Machine) -> Iterator[Figure]:
+    """Make half a circle that begins between the axes, and runs along one and then the other."""
+    machine.send(ARC)
+    machine.forget()
+    begin = machine.position.copy()
+    side = round(RADIUS / 2**0.5, 2)  # so that it ends at a step
+    machine.send(b"G91G17G3X-%.3fY-%.3fI-%.3fJ-%.3fF%d\n"
+                 % (2 * side, 2 * side, side, side, ARC_FEED))
+    machine.finish()
+    of = f"an arc of {RADIUS} mm, A4988, {ARC_PER_MM} steps/mm"
+    fastest = min(1000 * CLOCK / (steps[1000:] - steps[:-1000]).min()
+                  for steps in map(machine.steps, range(2)))
+    yield Figure(f"each of two axes where it is fastest, {of}", "steps/s", round(float(fastest)),
+                 RATE)
+    ends = np.array([-round(2 * side * ARC_PER_MM)] * 2 + [0])
+    yield Figure(f"missing, {of}", "steps", int(abs(machine.position - begin - ends).sum()), most=0)
+    clocks = np.union1d(machine.steps(0), machine.steps(1))
+    x, y = (machine.places(axis, clocks) + side * ARC_PER_MM for axis in range(2))
+    radius = side * 2**0.5 * ARC_PER_MM
+    yield Figure(f"farthest from the circle, {of}", "steps",
+                 round(float(abs(np.hypot(x, y) - radius).max()), 2), most=OFF_CIRCLE)
+    angle = np.unwrap(np.arctan2(y, x))
+    # Long after it speeds up, and before it brakes
+    first, last = clocks[np.searchsorted(angle, [np.pi / 2, np.pi])].tolist()
+    window = CLOCK // 200
+    times = np.arange(first, last, window)
+    feeds = np.diff(np.interp(times, clocks, angle)) * radius * CLOCK / window
+    wanted = ARC_FEED / 60 * ARC_PER_MM
+    yield Figure("change of feed along it, in 5 ms", "of it",
+                 round(float(abs(feeds / wanted - 1).max()), 5), most=FEED)
+
+
 def _stop(machine: Machine, count: int) -> Iterator[Figure]:
     """Close a limit switch while three axes run, at any time between two ticks of its filter."""
     longest = FAST.filter * 3 // 2 + 6  # of a ContactFilter
-    latest = -longest
+    filtered, latest = [], []
     for number in range(count):
         machine.send(b"G91G1X-40Y-38Z-36F60000\n")
         machine.run(1_500_000 + 37 * number)
@@ -250,26 +330,29 @@ def _stop(machine: Machine, count: int) -> Iterator[Figure]:
         machine.engine.set(limits=1 << number % AXES)
         closed = machine.engine.clock
         machine.run(50_000)
-        last = max((int(steps[-1]) for steps in map(machine.steps, range(AXES)) if len(steps)),
-                   default=closed)
-        latest = max(latest, last - closed - longest)
+        filtered.append(machine.passed - closed)
+        latest.append(max(int(steps[-1]) for steps in map(machine.steps, range(AXES)))
+                      - machine.passed)
         machine.engine.set(limits=0)
         machine.send(b"\x18$X\n")
         machine.run(100_000)
-    yield Figure("last edge after a limit switch and the longest time of its filter", "clocks",
-                 latest, most=STOP)
+    yield Figure("longest time for which a limit switch was filtered", "clocks", max(filtered),
+                 most=longest)
+    yield Figure("last edge after a limit switch and the time of its filter", "clocks",
+                 max(latest), most=STOP)
 
 
 def figures(blocks: int, stops: int) -> Iterator[Figure]:
     """Yield the figures, with so many blocks streamed, and stops by a limit switch."""
-    with CXXRTLEngine(component("gcode", GCode(settings=FAST))) as engine:
+    with CXXRTLEngine(Watched.design(FAST)) as engine:
         machine = Machine(engine)
         yield from _rate(machine, "A4988", "XYZ", 5, 40, PER_MM, RATE)
         yield from _lines(machine, blocks)
         yield from _hold(machine)
         yield from _stop(machine, stops)
+        yield from _arc(machine)
         yield Figure("faults", "", engine.get("fault"), most=0)
-    with CXXRTLEngine(component("gcode", GCode(settings=SHORT))) as engine:
+    with CXXRTLEngine(Watched.design(SHORT)) as engine:
         machine, short = Machine(engine, SHORT), f"pulses of {SHORT_NS} ns"
         yield from _rate(machine, short, "XYZ", 1, 20, FINE, SHORT_RATE)
         machine.send(ALONE)
@@ -301,7 +384,7 @@ def main(argv: list[str] | None = None) -> int:
     if args.json:
         check_output(args.json)
     found: list[Figure] = []
-    with Progress(14, "figures", "measuring") as progress:
+    with Progress(19, "figures", "measuring") as progress:
         for figure in figures(args.blocks, args.stops):
             found.append(figure)
             progress.advance()

@@ -158,7 +158,8 @@ def describe(c: Contract, dut: GCodeControl) -> None:
     for name, when in [
             ("unlocked", state("ALARM") & dut.unlock & ~critical & ~cancelling
              & ~(dut.sleep | dut.home)),
-            ("program_end", dut.ended), ("restoring_spindle", dut.spindle_restored & ~state("RENEW")),
+            ("program_end", dut.ended),
+            ("restoring_spindle", dut.spindle_restored & ~state("RENEW")),
             ("disabled", state("CHECK") & ~dut.check), ("restoring", dut.restoring)]:
         c.implication(f"says-{name}", "What has been done is said.", when=known & c.past(when),
                       then=c.signal(f"wants_{name}"))
