@@ -22,6 +22,7 @@ from tools.console import (
     FIRST_TIME,
     Parser,
     Progress,
+    UserError,
     check_output,
     command,
     whole,
@@ -74,7 +75,7 @@ examples:
   python -m benchmarks.load
   python -m benchmarks.load --seconds 60 --json load.json
       A minute without pause: some half an hour of a core.
-  python -m benchmarks.load --seconds 1 --model-hours 1
+  python -m benchmarks.load --seconds 0 --model-hours 1
       Some twenty million lines on the model: about an hour of a core.
 
 see also: benchmarks.gcode for lines a second and steps a second, benchmarks.end_positions for ends
@@ -408,25 +409,9 @@ def model_figures(hours: float, seed: int, jobs: int, done: Callable[[], object]
     yield Figure("model: lines after which an axis is off", "lines", off, most=0)
 
 
-@command
-def main(argv: list[str] | None = None) -> int:
-    """Run the benchmark."""
-    parser = Parser(prog="python -m benchmarks.load", description=ABOUT, epilog=EPILOG)
-    parser.add_argument("--seconds", metavar="N", type=whole(1, 10**5), default=10,
-                        help="of the machine without a pause of the sender; each other part takes "
-                             "a fifth of that (default: %(default)s)")
-    parser.add_argument("--model-hours", metavar="N", type=whole(0, 1000), default=0,
-                        help="hours of the line on the model (default: none)")
-    parser.add_argument("--jobs", type=whole(1, 1000), default=os.cpu_count(), metavar="N",
-                        help="processes for the model (default: %(default)s)")
-    parser.add_argument("--seed", metavar="N", type=whole(0), default=1,
-                        help="of the random numbers (default: %(default)s)")
-    parser.add_argument("--json", metavar="FILE", type=FilePath, help="write the figures to a file")
-    args = parser.parse_args(argv)
-    if args.json:
-        check_output(args.json)
-    found: list[Figure] = []
-    total = args.seconds * 1600
+def _on_gateware(seconds: int, seed: int) -> list[Figure]:
+    """Return the figures of the machine in simulation, with its progress."""
+    total = seconds * 1600
     with Progress(total, "ms", f"sending{FIRST_TIME}") as progress:
         shown = 0
 
@@ -437,8 +422,31 @@ def main(argv: list[str] | None = None) -> int:
                 progress.advance(now - shown)
                 shown = now
 
-        for figure in figures(args.seconds, args.seed, passed):
-            found.append(figure)
+        return list(figures(seconds, seed, passed))
+
+
+@command
+def main(argv: list[str] | None = None) -> int:
+    """Run the benchmark."""
+    parser = Parser(prog="python -m benchmarks.load", description=ABOUT, epilog=EPILOG)
+    parser.add_argument("--seconds", metavar="N", type=whole(0, 10**5), default=10,
+                        help="of the machine without a pause of the sender; each other part takes "
+                             "a fifth of that; with 0 only the model runs (default: %(default)s)")
+    parser.add_argument("--model-hours", metavar="N", type=whole(0, 1000), default=0,
+                        help="hours of the line on the model (default: none)")
+    parser.add_argument("--jobs", type=whole(1, 1000), default=os.cpu_count(), metavar="N",
+                        help="processes for the model (default: %(default)s)")
+    parser.add_argument("--seed", metavar="N", type=whole(0), default=1,
+                        help="of the random numbers (default: %(default)s)")
+    parser.add_argument("--json", metavar="FILE", type=FilePath, help="write the figures to a file")
+    args = parser.parse_args(argv)
+    if not args.seconds and not args.model_hours:
+        raise UserError("nothing is to be run: give --seconds or --model-hours")
+    if args.json:
+        check_output(args.json)
+    found: list[Figure] = []
+    if args.seconds:
+        found += _on_gateware(args.seconds, args.seed)
     if args.model_hours:
         with Progress(args.model_hours * 3600 // PIECE, "minutes", "planning") as progress:
             found += model_figures(args.model_hours, args.seed, args.jobs, progress.advance)

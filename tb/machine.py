@@ -143,7 +143,7 @@ class Recorded:
     ----------
     benchmarks : mapping of str to (str, str)
         Benchmarks whose figures are recorded, by what they are of: the words of the command but for
-        that of its figures, and of one that takes half a minute.
+        that of its figures, and of one that takes half a minute, or nothing.
     sizes : mapping of str to (str, str)
         Builds whose resources are counted, by name: the arguments of `tools.build`, but for the
         machine, and what decides the resources, as `tools.fingerprints` names it.

@@ -147,7 +147,7 @@ def parts() -> dict[str, Part]:
              f"tools.netlist --machine mill {_JSON}"),
         *(part for machine in known for part in _runs(machine)),
         *(Part(f"{what}-{machine.name}", f"{most} {_JSON}", _modelled(machine),
-               f"{fewer} {_JSON}")
+               f"{fewer} {_JSON}" if fewer else "")
           for machine in known for what, (most, fewer) in machine.recorded.benchmarks.items()),
         *(Part(f"fuzz-{name}", f"tools.fuzz {name} --bytes 1000000 --rates 2000 {_FUZZ}",
                (f"fuzz {name}",), f"tools.fuzz {name} --bytes 20000 --rates 20 {_FUZZ}")
