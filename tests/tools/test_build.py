@@ -377,11 +377,11 @@ class TestSize:
     def test_gcode_fits_the_smaller_nexys2(self):
         built = build_declared("nexys2-500", machines()["gcode"])
         resources = synthesise(built.rtlil, built.top)
-        assert resources.luts <= NEXYS2_500.capacity.luts
+        assert resources.luts <= 0.9 * NEXYS2_500.capacity.luts  # as docs/gcode.md says
         assert resources.block_rams <= NEXYS2_500.capacity.block_rams
 
     @pytest.mark.long
-    @pytest.mark.parametrize("name", ["probing", "startup_lines"])
+    @pytest.mark.parametrize("name", ["probing", "startup_lines", "single_axes"])
     def test_the_smaller_nexys2_leaves_out_what_is_not_chosen(self, name):
         default, without, chosen = (build_declared("nexys2-500", machines()["gcode"], **given).rtlil
                                     for given in ({}, {name: "no"}, {name: "yes"}))
