@@ -117,3 +117,8 @@ class TestGateware:
                 Machine(engine), 1, random.Random(1))}
         assert not found["reset: full speed before it brakes, the longest"].right
         assert not found["hold: full speed before it brakes, the longest"].right
+
+
+def test_neither_gateware_nor_model_is_a_mistake(capsys):
+    assert load.main(["--seconds", "0"]) == 2
+    assert "--model-hours" in capsys.readouterr().err
