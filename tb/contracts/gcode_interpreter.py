@@ -217,20 +217,19 @@ def _line(c: Contract, dut: GCodeInterpreter, state, begun: Bits) -> None:
 
 
 def _waits(c: Contract, dut: GCodeInterpreter, state, acts: Bits) -> None:
-    """State what the last one was of all that is done or stored."""
-    store, kind = c.part("coordinates"), dut.actions.p.kind.as_value()
-    stored = state("STORE_NON_MODAL") & store.done
-    at_once = [0, 1, 2, 10, 12]  # lines, arcs, jogs and lines that probe
-    waits = c.keep(1, name="grbl_waits")
-    with c.m.If(stored | (acts & (kind != GCodeActionKind.PROBED.value))):
-        c.m.d.sync += waits.eq(stored | ~Cat(kind == each for each in at_once).any())
-    with c.m.If(c.rst):
-        c.m.d.sync += waits.eq(0)
-    c.implication("waits", "With an answer it is known whether GRBL would have waited.",
-                  when=dut.answers.valid, then=dut.waits == waits)
-    c.invariant("waits-known", "So it is but while an action is offered, or something is stored.",
-                (dut.waits == waits) | dut.actions.valid | state("STORE_NON_MODAL"),
-                cover=waits, lemma=True)
+    """State what the last one was of all that is done or stored, by what each changes."""
+    actions, kind = dut.actions, dut.actions.p.kind.as_value()
+    at_once = Cat(kind == each for each in (0, 1, 2, 10, 12)).any()  # lines, arcs, jogs, probing
+    neither = Cat(kind == each for each in (3, 11, 13)).any()  # checks, and the end of a probing
+    stores = state("STORE_NON_MODAL")
+    stored = stores & c.part("coordinates").done
+    c.implication("waits", "GRBL would have waited behind what is stored of coordinates, and any "
+                  "action but a motion.", when=c.past((stored | (acts & ~neither)) & ~c.rst),
+                  then=dut.waits == c.past(stored | ~at_once))
+    c.implication("waits-no-less", "That does not change before the next one is offered.",
+                  when=c.past(~c.rst & ~stores & ~(actions.valid & ~neither)),
+                  then=dut.waits == c.past(dut.waits))
+    c.implication("waits-for-nothing", "A reset ends it.", when=c.past(c.rst), then=~dut.waits)
 
 
 def _some(modes) -> Bits:
