@@ -229,7 +229,8 @@ def _waits(c: Contract, dut: GCodeInterpreter, state, acts: Bits) -> None:
     c.implication("waits-no-less", "That does not change before the next one is offered.",
                   when=c.past(~c.rst & ~stores & ~(actions.valid & ~neither)),
                   then=dut.waits == c.past(dut.waits))
-    c.implication("waits-for-nothing", "A reset ends it.", when=c.past(c.rst), then=~dut.waits)
+    starting = c.signal("starting")
+    c.invariant("waits-for-nothing", "A reset ends it.", ~starting | ~dut.waits, cover=starting)
 
 
 def _some(modes) -> Bits:
