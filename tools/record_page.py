@@ -340,8 +340,9 @@ the model after each line, at the pins of the gateware wherever it rests.""", ("
 A line without a pause, at the least of clocks a bit that a receiver takes, with real-time bytes
 between and within its lines; a sender that sends more than there is room for; noise, breaks and
 cuts; holds, cancelled jogs and resets at full speed. Answers are compared with the lines, and the
-pins with the sum of those that were answered ok. Then lines of the same kind on the model.""",
-             ("load", "hour"), _figures),
+pins with the sum of those that were answered ok. What is of the model is of lines of the same
+kind.""",
+             ("load", "hour"), _figures, apart=True),
     _Section("Limits of speed and acceleration", """\
 Random programs on the gateware, each with other steps/mm, rates and accelerations for every axis:
 what the edges at the STEP pins say of speeds, of accelerations inside a block, and of the step of
