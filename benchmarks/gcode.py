@@ -162,12 +162,11 @@ class Machine:
         self.engine = engine
         self.bit = settings.bit
         self.decoder = Decoder(self.bit)
-        self.text = ""
         self.position = np.zeros(AXES, np.int64)
-        self.edges: list[list[NDArray[np.int64]]] = [[] for _ in range(AXES)]
-        self.ways: list[list[NDArray[np.int64]]] = [[] for _ in range(AXES)]
         self.high = 0
-        self.passed = -1
+        self.edges: list[list[NDArray[np.int64]]]
+        self.ways: list[list[NDArray[np.int64]]]
+        self.forget()
         engine.set(rx=1)
         self.run(5_000)
 
@@ -214,7 +213,7 @@ class Machine:
         return np.cumsum(ways)[np.searchsorted(self.steps(axis), clocks, "right")]
 
     def forget(self) -> None:
-        """Forget edges and text; places are then counted from here."""
+        """Forget edges, text and switches; places are then counted from here."""
         self.edges, self.ways = ([[] for _ in range(AXES)] for _ in range(2))
         self.text, self.passed = "", -1
 
@@ -331,8 +330,9 @@ def _stop(machine: Machine, count: int) -> Iterator[Figure]:
         closed = machine.engine.clock
         machine.run(50_000)
         filtered.append(machine.passed - closed)
-        latest.append(max(int(steps[-1]) for steps in map(machine.steps, range(AXES)))
-                      - machine.passed)
+        last = max((int(steps[-1]) for steps in map(machine.steps, range(AXES)) if len(steps)),
+                   default=closed)
+        latest.append(last - machine.passed)
         machine.engine.set(limits=0)
         machine.send(b"\x18$X\n")
         machine.run(100_000)

@@ -76,7 +76,7 @@ examples:
   python -m benchmarks.load --seconds 60 --json load.json
       A minute without pause: some half an hour of a core.
   python -m benchmarks.load --seconds 0 --model-hours 1
-      Some twenty million lines on the model: about an hour of a core.
+      Some twenty million lines on the model: one to two hours of a core.
 
 see also: benchmarks.gcode for lines a second and steps a second, benchmarks.end_positions for ends
 of arcs, and `python -m tools.fuzz` for answers to whatever comes.
