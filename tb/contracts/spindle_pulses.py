@@ -94,9 +94,8 @@ def describe_servo(c: Contract, dut: ServoPulse) -> None:
     with c.m.If(c.rst):
         c.m.d.sync += [time.eq(0), begun.eq(0)]
     length = c.signal("length")
-    c.invariant("beats", "It beats where each 1024 us of a period are over, and where it ends.",
-                dut.beat == (tick & ((time % 1024 == 1023) | (time == dut.period - 1))),
-                cover=dut.beat)
+    c.invariant("beats", "It beats a clock after the first us of each 1024 of a period.",
+                dut.beat == (known & c.past(tick & (time % 1024 == 0))), cover=dut.beat)
 
     least, most = (Mux((dut.low < dut.high) == up, dut.low, dut.high) for up in (1, 0))
     high = known & c.past(begun)

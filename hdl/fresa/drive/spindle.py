@@ -21,6 +21,9 @@ OVERRIDE_DIGITS = 14
 OVERRIDE_POINT = 12
 """Digits of an override as a factor, and how many of them are behind the point."""
 
+PART_BITS = 17
+"""Low bits that are multiplied apart."""
+
 PHASE_BITS = 10
 """A PWM has 1024 duties."""
 
@@ -30,8 +33,8 @@ MAX_PWM = 100_000
 MIN_SERVO_PERIOD, SERVO_PERIOD = POWER_BITS + 2, 20_000
 """Least time from a pulse for a servo to the next, and the usual one, which is the most, in us."""
 
-BEAT = 1023
-"""Microseconds of a beat, less one."""
+BEAT_LOG2 = 10
+"""Of the microseconds of a beat."""
 
 
 class SpindlePower(wiring.Component):
@@ -87,7 +90,7 @@ class SpindlePower(wiring.Component):
         speed, percent = Signal.like(self.speed), Signal.like(self.override)  # of the first
         override = Signal(OVERRIDE_DIGITS)  # percent x 40.96, rounded
         digits = Cat(reversed(override[:-1]))  # behind the first
-        adds = Signal()  # the last, of so many multiples of the speed
+        adds_soon, adds = Signal(), Signal()  # the last, of so many multiples of the speed
         by_41 = Signal(OVERRIDE_DIGITS)
         # As sums: a multiplier would be used for that, and is slow.
         m.d.sync += [by_41.eq(percent + (percent << 3) + (percent << 5)),
@@ -105,6 +108,8 @@ class SpindlePower(wiring.Component):
         product = Signal(signed(41 + OVERRIDE_POINT))
         factor = Signal(signed(28))
         thousand = Signal(signed(38))  # times it
+        low_part = Signal(PART_BITS + 10)
+        high_part = Signal(signed(38 - PART_BITS))
         rest, total = (Signal(signed(42 + OVERRIDE_POINT), name=name) for name in ("rest", "total"))
         subtracts, loads, multiplies, divides, keeps, clears = (
             Signal(name=name) for name in ("subtracts", "loads", "multiplies", "divides", "keeps",
@@ -139,7 +144,8 @@ class SpindlePower(wiring.Component):
                              step.eq(Mux(second, OVERRIDE_DIGITS - 1, 0))]
                 m.next = "ADD"
             with m.State("ADD"):  # digit by digit of the override
-                m.d.comb += [adds.eq(step == OVERRIDE_DIGITS - 1), multiplies.eq(adds & ~second),
+                m.d.comb += [adds_soon.eq(step == OVERRIDE_DIGITS - 2),
+                             adds.eq(step == OVERRIDE_DIGITS - 1), multiplies.eq(adds & ~second),
                              loads.eq(digits.bit_select(step, 1))]
                 m.d.sync += step.eq(step + 1)
                 with m.If(adds):
@@ -175,8 +181,12 @@ class SpindlePower(wiring.Component):
             with m.State("FAULT"):
                 pass
         m.d.comb += self.fault.eq(leave_unused_codes(m, fsm, fault="FAULT"))
-        m.d.sync += [thousand.eq(factor * 1000), factor.eq(self.least - Mux(
-            adds | fsm.ongoing("LESS"), self.most, 0))]
+        # Its product is there two clocks later, in parts before: a multiplier of 18 bits is slow.
+        m.d.sync += [factor.eq(self.least - Mux(adds_soon | adds | fsm.ongoing("LESS"), self.most,
+                                                0)),
+                     low_part.eq(Value.cast(factor[:PART_BITS]) * 1000),
+                     high_part.eq((factor >> PART_BITS) * 1000),
+                     thousand.eq((high_part << PART_BITS) + low_part)]
         with m.If(fsm.ongoing("SHARE")):
             m.d.sync += scaled.eq(0)
             with m.If(nonzero & (share < LEAST_POWER)):
@@ -278,8 +288,9 @@ class ServoPulse(wiring.Component):
     pin : Out(1)
         The pulses.
     beat : Out(1)
-        Each 1024 us of a period are over, or it ends; for one clock. In a period of 20 ms that is
-        20 times, so it counts ms that are up to 0.5 ms too short, or 0.024 ms too long.
+        For one clock, as a period begins and each 1024 us from there on, up to 2 us later. In a
+        period of 20 ms that is 20 times, so it counts ms that are up to 0.5 ms too short, or
+        0.024 ms too long.
 
     Raises
     ------
@@ -301,12 +312,10 @@ class ServoPulse(wiring.Component):
         power = Signal(POWER_BITS)
         full = Signal()
         total = Signal(12 + POWER_BITS)  # 2**-16 us: (low + sum of low or high) by digits of power
-        m.d.sync += self.pin.eq(time < length)
+        m.d.sync += [self.pin.eq(time < length), self.beat.eq(tick & (time[:BEAT_LOG2] == 0))]
         with m.If(tick):
-            m.d.comb += self.beat.eq((time & BEAT) == BEAT)
             m.d.sync += time.eq(time + 1)
             with m.If(time == self.period - 1):
-                m.d.comb += self.beat.eq(1)
                 m.d.sync += [time.eq(0), length.eq(Mux(full, self.high, total >> POWER_BITS))]
             # The digits are looked at before, one a us, the lowest first.
             with m.If(time == self.period - POWER_BITS - 2):

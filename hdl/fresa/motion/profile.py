@@ -207,7 +207,7 @@ class SpeedProfile(wiring.Component):
         clears_square, clears_begin, stops, spends = Signal(), Signal(), Signal(), Signal()
         over = Signal()  # last tick of the granule, or there is none
         ready = Signal()  # the granule may start
-        starts = Signal()
+        begins, follows, starts = Signal(), Signal(), Signal()  # first, behind another, or so
         held, may = Signal(), Signal()  # a clock old, for the sake of Fmax
         takes = Signal()
         taken = Signal()  # in the clock before, which is what SCALE follows
@@ -338,7 +338,9 @@ class SpeedProfile(wiring.Component):
             backlog.eq(phase[rate_bits:] != 0),
             self.tick.eq(running & (phase[-1] == 0) & ~after),
             over.eq(~running | (self.tick & final)),
-            starts.eq(ready & over),
+            begins.eq(ready & ~running),
+            follows.eq(ready & self.tick & final),
+            starts.eq(begins | follows),
             self.first.eq(self.tick & opening),
             self.last.eq(self.tick & closing & final),
             self.speed.eq(speed),
@@ -352,7 +354,7 @@ class SpeedProfile(wiring.Component):
         base, growth, distance = Signal.like(phase), Signal.like(phase), Signal.like(phase)
         m.d.comb += [
             distance.eq(running_modulus << 1),
-            jumps.eq(self.tick | starts),
+            jumps.eq(self.tick | begins),  # one follows in a tick
             base.eq(Mux((self.tick & backlog) | (starts & (~running | from_rest)), 0, phase)),
             # Which jump it would be is known before whether it is one.
             growth.eq(Mux(jumps, Mux(ready & (final | ~running), adjusted, ~distance),
