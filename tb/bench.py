@@ -1,6 +1,6 @@
 """What every bench uses: a clock, a deadline, checks with their messages, and a waveform."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from itertools import zip_longest
@@ -14,15 +14,18 @@ from .design import Design
 from .engines import AmaranthEngine, Engine
 from .waves import BITS, PERIOD, Layout, save_file, staged
 
-__all__ = ["Bench", "CheckFailed", "Run", "bench", "put"]
+__all__ = ["Bench", "CheckFailed", "Run", "beside", "bench", "port", "put"]
 
 
 class CheckFailed(Exception):
     """A check that failed; the message describes it, and `clock` is its clock."""
 
     def __init__(self, clock: int, message: str) -> None:
-        super().__init__(f"clock {clock} ({clock_ns(clock)} ns): {message}")
-        self.clock = clock
+        super().__init__(clock, message)  # as it is made again in another process
+        self.clock, self.message = clock, message
+
+    def __str__(self) -> str:
+        return f"clock {self.clock} ({clock_ns(self.clock)} ns): {self.message}"
 
 
 def clock_ns(clock: int) -> int:
@@ -89,10 +92,10 @@ class Run:
         sync.rst = self.rst
         m.submodules.dut = dut
         ports = {wiring.In: [], wiring.Out: []}
-        for path, member, port in dut.signature.flatten(dut):
+        for path, member, each in dut.signature.flatten(dut):
             # At the inner scope a port may share its name with one of a submodule.
             name = "_".join(map(str, path))
-            m.d.comb += Signal(member.shape, name=name).eq(port)
+            m.d.comb += Signal(member.shape, name=name).eq(each)
             ports[member.flow].append(name)
         self.layout = Layout("dut", ports[wiring.In], ports[wiring.Out], inside)
 
@@ -127,13 +130,13 @@ class Run:
     def see(self, ctx, dut, **expected: int) -> None:
         """Check members of `dut` in this clock."""
         for name, value in expected.items():
-            port = _bits(dut, name)
-            self.expect(name, ctx.get(port), value, bits=len(port) if name in BITS else None)
+            bits = port(dut, name)
+            self.expect(name, ctx.get(bits), value, bits=len(bits) if name in BITS else None)
 
     async def until(self, ctx, dut, *, within: int = 1000, **expected: int) -> None:
         """Wait until members of `dut` have these values, `within` so many clocks."""
         for _ in range(within):
-            if all(ctx.get(_bits(dut, name)) == value for name, value in expected.items()):
+            if all(ctx.get(port(dut, name)) == value for name, value in expected.items()):
                 return
             await ctx.tick()
         self.see(ctx, dut, **expected)
@@ -219,5 +222,33 @@ async def put(ctx, stream, payload) -> None:
     ctx.set(stream.valid, 0)
 
 
-def _bits(dut, name: str) -> Value:
-    return Value.cast(getattr(dut, name))
+async def beside(run: Run, ctx, dut, model: Callable[..., Mapping[str, int | None]],
+                 columns: Mapping[str, Sequence[int]]) -> None:
+    """Run a component beside its model, and check every output of every clock.
+
+    Parameters
+    ----------
+    run, ctx, dut
+        The run, its simulator, and the component, which is reset before.
+    model : callable
+        Is called once a clock with the inputs by name, and returns outputs; None may be anything.
+    columns : mapping of str to sequence of int
+        Levels of the inputs, and of ``rst``, by their names.
+    """
+    ports = {name: run.rst if name == "rst" else port(dut, name) for name in columns}
+    ctx.set(run.rst, 1)
+    await ctx.tick()
+    for levels in zip(*columns.values(), strict=True):
+        for each, level in zip(ports.values(), levels, strict=True):
+            ctx.set(each, level)
+        outputs = model(**dict(zip(columns, levels, strict=True)))
+        run.see(ctx, dut, **{name: value for name, value in outputs.items() if value is not None})
+        await ctx.tick()
+
+
+def port(dut, name: str) -> Value:
+    """Return a port of a component, or of one of its members, such as ``alarms_valid``."""
+    if hasattr(dut, name):
+        return Value.cast(getattr(dut, name))
+    member, _, name = name.partition("_")
+    return port(getattr(dut, member), name)

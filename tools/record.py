@@ -22,6 +22,7 @@ from tb.engines import IcarusEngine, VerilatorEngine
 from tb.engines.ghdl import GHDLEngine
 from tb.machine import Machine
 from tb.machines import machines
+from tb.mutation import with_a_bench
 from tb.registry import components, fuzz_targets
 from tb.vhdl import REFERENCES
 
@@ -91,7 +92,7 @@ class Part:
         the part out.
     on : tuple of str
         What decides what it finds, as :mod:`tools.fingerprints` names it; a kind alone is all of
-        it.
+        it. What decides of mutants of a component is ``mutants`` with its name.
     figures : str
         File in its folder with its figures.
     remembers : bool
@@ -120,8 +121,7 @@ class Part:
 
     def depends(self) -> list[str]:
         """Name what decides what it finds."""
-        return [name for one in self.on
-                for name in ([one] if " " in one else fingerprints.names(one))]
+        return list(dict.fromkeys(name for one in self.on for name in _decisive(one)))
 
 
 _JSON = "--json {folder}/figures.json"
@@ -201,7 +201,18 @@ def _faults(machine: Machine, what: str) -> Part:
 
 def _of(components: Iterable[str]) -> tuple[str, ...]:
     """Name what mutants of components meet."""
-    return *(f"contract {name}" for name in components), "bench"
+    return tuple(f"mutants {name}" for name in components)
+
+
+def _decisive(what: str) -> list[str]:
+    """Name what one of `Part.on` is."""
+    kind, _, name = what.partition(" ")
+    if not name:
+        return fingerprints.names(kind)
+    if kind != "mutants":
+        return [what]
+    bench = with_a_bench().get(name)
+    return [f"contract {name}", *([f"bench {bench}"] if bench else [])]
 
 
 def _mutants(machine: Machine, own: Iterable[str]) -> Part:
@@ -348,7 +359,8 @@ def run(chosen: Iterable[Part], work: Path, *, again: Sequence[str] = (), quick:
 def _written(record: Mapping, part: Part, command: str, of: Mapping) -> Mapping | None:
     """Return what a record says of a part, if that is of what is here."""
     there = record.get("parts", {}).get(part.name, {})
-    return there if (there.get("command"), there.get("of")) == (command, dict(of)) else None
+    holds = there.get("command") == command and of.items() <= there.get("of", {}).items()
+    return there if holds else None
 
 
 def _components(record: Mapping, part: Part, command: str, of: Mapping) -> dict[str, dict]:

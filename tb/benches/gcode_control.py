@@ -1,14 +1,19 @@
 """Bench of the states of a G-code machine."""
 
+import random
+
 from fresa.motion import AlarmCode, GCodeControl
 from fresa.protocol import GCodeState, RealtimeCode
 
-from ..bench import Run, bench
+from ..bench import Run, bench, beside
+from ..models.gcode_control import ControlModel, control_inputs
+
+CLOCKS = 4000
 
 
 @bench
 def g_code_control(run: Run) -> str:
-    """A feed hold and its resume, then a hard limit, its reset and its unlock."""
+    """A feed hold, a hard limit, its reset and unlock; then whatever may come."""
     dut = GCodeControl()
 
     async def pulse(ctx, port, value=1):
@@ -61,6 +66,8 @@ def g_code_control(run: Run) -> str:
         run.see(ctx, dut, state=GCodeState.IDLE.value, hold=0)
         await ctx.tick().repeat(4)
 
+        await beside(run, ctx, dut, ControlModel(), control_inputs(random.Random(1), CLOCKS))
+
     run.simulate(dut, test)
     return ("held in the next clock, resumed once it stood; stopped by a limit in the next clock, "
-            "and until a reset")
+            f"and until a reset; then as its model in {CLOCKS} clocks")

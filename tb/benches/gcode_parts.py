@@ -330,6 +330,6 @@ def thesis_dialect(run: Run) -> str:
                 whole = out.number.whole if out.kind == GCodeKind.WORD else ""
                 passed.append(f"{chr(out.character)}{whole}")
 
-    run.simulate(dut, offer, test)
+    run.simulate(dut, test, offer)
     run.expect("passed", " ".join(passed), "G4 P12000 end X1 M3 end $ H end A17 end")
     return "G4 P12 is 12 ms, a motion has M3, G28 is $H, and G17 a letter that is unknown"

@@ -1,8 +1,9 @@
 """States of a G-code machine, clock by clock, from the description of `GCodeControl`."""
 
+import random
 from dataclasses import dataclass, field
 
-__all__ = ["ControlModel"]
+__all__ = ["LEVELS", "PULSES", "ControlModel", "control_inputs"]
 
 STATES = ("IDLE", "RUN", "HOLD", "JOG", "ALARM", "DOOR", "CHECK", "HOME", "SLEEP")
 GREETING, LOCKED, UNLOCKED, ENABLED, DISABLED, RESET_TO_CONTINUE, CHECK_DOOR = range(7)
@@ -14,6 +15,10 @@ HARD_LIMIT, SOFT_LIMIT, ABORTED, PROBE_INITIAL, PROBE_CONTACT = 1, 2, 3, 4, 5
 HOMING_RESET, HOMING_DOOR = 6, 7
 EMERGENCY, MOTOR_FAULT = 10, 17
 RESET, HOLD, RESUME, STATUS, DOOR, JOG_CANCEL = 0x18, 0x21, 0x7E, 0x3F, 0x84, 0x85
+LEVELS = ("moving", "standing", "jogging", "home", "check", "door", "hard", "emergency",
+          "motor_fault", "strict", "locked_start", "restarted")
+PULSES = ("pause", "sleep", "unlock", "command", "alarms_ready", "messages_ready", "restart",
+          "restoring", "ended", "spindle_restored", "rst")
 
 
 @dataclass
@@ -198,3 +203,32 @@ class ControlModel:
     def _say(self, message: int) -> None:
         if message not in self.to_say:
             self.to_say.append(message)
+
+
+def control_inputs(rng: random.Random, clocks: int) -> dict[str, list[int]]:
+    """Return inputs by name: levels that change now and then, each as often, and pulses."""
+    columns: dict[str, list[int]] = {}
+    for name in LEVELS:
+        rare = name in ("emergency", "door", "check", "home")
+        rise, fall = rng.choice([(0.02, 0.1), (0.003, 0.05)]) if rare else (0.08, 0.08)
+        columns[name] = _changing(rng, clocks, rise, fall)
+    columns["limits"] = [sum(each) for each in zip(*(
+        _changing(rng, clocks, 0.005, 0.05, bit) for bit in (1, 2, 4, 8)), strict=True)]
+    shares = 0.02, 0.03, 0.1, 0.2, 0.3, 0.3, 0.003, 0.003, 0.003, 0.01, 0.001
+    for name, share in zip(PULSES, shares, strict=True):
+        columns[name] = [int(rng.random() < share) for _ in range(clocks)]
+    codes = RESET, HOLD, RESUME, STATUS, DOOR, JOG_CANCEL, RESUME
+    columns["code"] = [rng.choice([*codes, rng.randrange(256)]) for _ in range(clocks)]
+    columns["failure"] = [rng.choice([2, 4, 5, 8, 9]) if rng.random() < 0.004 else 0
+                          for _ in range(clocks)]
+    return columns
+
+
+def _changing(rng: random.Random, clocks: int, rise: float, fall: float, on: int = 1) -> list[int]:
+    """Return a level, by how likely it is that it rises and falls in a clock."""
+    level, column = 0, []
+    for _ in range(clocks):
+        if rng.random() < (fall if level else rise):
+            level = on - level
+        column.append(level)
+    return column

@@ -22,7 +22,7 @@ from amaranth.hdl._ast import Slice
 from amaranth.lib import wiring
 from numpy.typing import NDArray
 
-from ..bench import Bench, Run
+from ..bench import Bench, CheckFailed, Run, port
 from ..benches import groups
 from ..contracts import Component
 from ..design import Design
@@ -123,11 +123,14 @@ def run_bench(bench: Bench, netlist: Netlist, mutants: Sequence[int]) -> Verdict
 
     Raises
     ------
-    CheckFailed
+    MutationError
         If the component as it is does not pass.
     """
     with unused():  # each run of the bench makes a component, which the netlist stands for
-        return _run_bench(bench, netlist, mutants)
+        try:
+            return _run_bench(bench, netlist, mutants)
+        except CheckFailed as failure:
+            raise MutationError(f"its bench fails, without a mutant: {failure}") from failure
 
 
 def _run_bench(bench: Bench, netlist: Netlist, mutants: Sequence[int]) -> Verdicts:
@@ -284,7 +287,7 @@ class _ParallelRun(Run):
     def see(self, ctx: Any, dut: Any, **expected: int) -> None:
         for name, value in expected.items():
             self.checked.append((self.clock, name, repr(int(value))))
-            bits = ctx.bits(Value.cast(getattr(dut, name)))
+            bits = ctx.bits(port(dut, name))
             wrong = 0
             for place, bit in enumerate(bits):
                 wrong |= bit ^ (ctx.every if value >> place & 1 else 0)
@@ -302,7 +305,7 @@ class _ParallelRun(Run):
         for _ in range(within):
             there = ctx.every
             for name, value in expected.items():
-                for place, bit in enumerate(ctx.bits(Value.cast(getattr(dut, name)))):
+                for place, bit in enumerate(ctx.bits(port(dut, name))):
                     there &= bit if value >> place & 1 else bit ^ ctx.every
             led = there >> self._lead & 1
             ctx.astray |= there ^ (ctx.every if led else 0)

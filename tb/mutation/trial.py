@@ -1,5 +1,7 @@
 """The mutants of one component before its bench and its contract, in parts that can run apart."""
 
+import functools
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from ..bench import Bench
@@ -87,10 +89,12 @@ def _prepare(name: str, *, checked: bool = True) -> tuple[Mutable, Bench | None]
     return Mutable(component, dut, checked=checked), bench
 
 
-def with_a_bench() -> list[str]:
-    """Name the components that have a bench."""
+@functools.cache
+def with_a_bench() -> Mapping[str, str]:
+    """Return the names of the benches of components, by the components that have one."""
     with unused():
-        return [name for name, component in components().items() if bench_of(kind_of(component))]
+        found = {name: bench_of(kind_of(component)) for name, component in components().items()}
+    return {name: bench.name for name, bench in found.items() if bench is not None}
 
 
 def measure(name: str) -> Measure:

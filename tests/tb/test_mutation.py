@@ -415,7 +415,7 @@ class TestBenches:
             return ""
 
         mutable = toy(state_all)
-        with pytest.raises(CheckFailed):
+        with pytest.raises(MutationError, match="its bench fails, without a mutant: clock "):
             run_bench(wrong, mutable.netlist(mutable.mutants), [0])
 
     # The bench of a guard is its controller's; those of the interpreter, the planner and the motion

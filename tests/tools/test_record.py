@@ -247,9 +247,14 @@ def test_each_part_depends_on_something():
 
 
 def test_mutants_are_of_every_component():
-    named = [name for part in parts().values() if "tools.mutate" in part.command
-             for name in part.on if name != "bench"]
-    assert sorted(named) == sorted(f"contract {name}" for name in components())
+    named = [part for part in parts().values() if "tools.mutate" in part.command]
+    assert sorted(name for part in named for name in part.on) == sorted(
+        f"mutants {name}" for name in components())
+
+
+def test_mutants_are_of_the_contracts_and_the_benches_of_their_components():
+    assert sorted(parts()["mutants-single"].depends()) == [
+        "bench frame-interpreter", "bench single", "contract frames", "contract single"]
 
 
 def test_benchmarks_are_of_the_gateware_and_of_its_models():

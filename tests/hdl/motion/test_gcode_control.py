@@ -10,50 +10,16 @@ from fresa.motion import AlarmCode, GCodeControl
 from fresa.protocol import GCodeMessage, GCodeState, RealtimeCode
 from tb.boards import component
 from tb.engines import AmaranthEngine
-from tb.models.gcode_control import ControlModel
+from tb.models.gcode_control import LEVELS, PULSES, ControlModel, control_inputs
 
-LEVELS = ("moving", "standing", "jogging", "home", "check", "door", "hard", "emergency",
-          "motor_fault", "strict", "locked_start", "restarted")
-PULSES = ("pause", "sleep", "unlock", "command", "alarms_ready", "messages_ready", "restart",
-          "restoring", "ended", "spindle_restored", "rst")
 OUTPUTS = ("hold", "stop", "critical", "state", "substate", "report", "reset", "flush",
            "cancelled", "enable", "fault", "alarms_valid", "alarms_payload", "messages_valid",
            "messages_payload")
-CODES = [code.value for code in (RealtimeCode.RESET, RealtimeCode.HOLD, RealtimeCode.RESUME,
-                                 RealtimeCode.STATUS, RealtimeCode.DOOR, RealtimeCode.JOG_CANCEL)]
-
-
-def changing(rng, clocks: int, rise: float, fall: float, on: int = 1) -> list[int]:
-    """A level, by how likely it is that it rises and falls in a clock."""
-    level, column = 0, []
-    for _ in range(clocks):
-        if rng.random() < (fall if level else rise):
-            level = on - level
-        column.append(level)
-    return column
-
-
-def stimulus(rng, clocks: int) -> dict[str, list[int]]:
-    """Levels that change now and then, each with a habit of its own, and pulses."""
-    columns: dict[str, list[int]] = {}
-    for name in LEVELS:
-        rare = name in ("emergency", "door", "check", "home")
-        rise, fall = rng.choice([(0.02, 0.1), (0.003, 0.05)]) if rare else (0.08, 0.08)
-        columns[name] = changing(rng, clocks, rise, fall)
-    columns["limits"] = [sum(each) for each in zip(*(
-        changing(rng, clocks, 0.005, 0.05, bit) for bit in (1, 2, 4, 8)), strict=True)]
-    shares = 0.02, 0.03, 0.1, 0.2, 0.3, 0.3, 0.003, 0.003, 0.003, 0.01, 0.001
-    for name, share in zip(PULSES, shares, strict=True):
-        columns[name] = [int(rng.random() < share) for _ in range(clocks)]
-    columns["code"] = [rng.choice([*CODES, CODES[2], rng.randrange(256)]) for _ in range(clocks)]
-    columns["failure"] = [rng.choice([2, 4, 5, 8, 9]) if rng.random() < 0.004 else 0
-                          for _ in range(clocks)]
-    return columns
 
 
 @pytest.mark.parametrize("seed", range(3))
 def test_every_clock(seed):
-    columns = stimulus(random.Random(seed), 4000)
+    columns = control_inputs(random.Random(seed), 4000)
     with AmaranthEngine(component("control", GCodeControl())) as engine:
         seen = engine.apply(columns, list(OUTPUTS))
     model, states = ControlModel(), set()
