@@ -1,5 +1,8 @@
 """Parts of a G-code machine: its program, and its interpreter's line, coordinates and units."""
 
+import random
+from collections import Counter
+
 from fresa.protocol import (
     CoordinateSum,
     GCodeCoordinates,
@@ -16,11 +19,12 @@ from fresa.protocol import (
     ThesisDialect,
     UnitConverter,
 )
-from fresa.protocol.gcode_modes import LETTERS
+from fresa.protocol.gcode_modes import LETTERS, GCodeLineState
 
 from ..bench import Run, bench, put
-from ..models.gcode_line import read_lines
+from ..models.gcode_line import number, read_lines
 from ..models.gcode_list import quotient
+from ..models.gcode_words import LineModel, some_number
 
 
 def letters(text: str) -> int:
@@ -30,33 +34,65 @@ def letters(text: str) -> int:
 
 @bench
 def g_code_line(run: Run) -> str:
-    """Words that are taken, and one of a group that has another already."""
+    """Words that are taken, one of a group that has another already, and thousands of others."""
     dut = GCodeLine()
+    model, rng = LineModel(), random.Random(1)
+    counts = Counter()
 
-    async def word(ctx, letter, whole, value=0):
-        ctx.set(dut.item, {"kind": GCodeKind.WORD, "character": ord(letter), "number": {
-            "value": value or whole * 10**6, "whole": whole, "exact": 1, "integer": 1}})
-        await ctx.tick().repeat(2)
-        ctx.set(dut.take, 1)
-        await ctx.tick()
-        ctx.set(dut.take, 0)
-
-    async def test(ctx):
+    async def clear(ctx, **modes):
+        ctx.set(dut.modes, modes)
         ctx.set(dut.clear, 1)
         await ctx.tick()
         ctx.set(dut.clear, 0)
-        await word(ctx, "G", 91)
-        await word(ctx, "X", 7)
-        run.expect("letters", ctx.get(dut.line).letters, letters("X"))
-        run.expect("relative", ctx.get(dut.line).modes.relative, 1)
-        run.see(ctx, dut, error=0)
-        await word(ctx, "G", 90)
-        run.see(ctx, dut, error=21)
-        await word(ctx, "X", 8)
-        run.see(ctx, dut, error=21)
+        model.clear(modes)
 
-    run.simulate(dut, test)
-    return "a mode and a value are taken; a second mode of the group is error 21, which stays"
+    async def word(ctx, letter, text, error=None):
+        said = number(text)
+        ctx.set(dut.item, {"kind": GCodeKind.WORD, "character": ord(letter),
+                           "number": said | {"value": min(said["value"], (1 << 43) - 1)}})
+        await ctx.tick().repeat(2)
+        has_value = letter in LETTERS
+        run.see(ctx, dut, has_value=has_value)
+        if has_value:
+            run.see(ctx, dut, index=LETTERS.index(letter))
+        ctx.set(dut.take, 1)
+        await ctx.tick()
+        ctx.set(dut.take, 0)
+        model.take(letter, said, dut.reach)
+        await see(ctx, model.error if error is None else error)
+
+    async def see(ctx, error):
+        run.see(ctx, dut, error=error)
+        if not error:
+            run.see(ctx, dut, line=GCodeLineState.const(model.line()).as_bits())
+        counts[error] += 1
+
+    async def test(ctx):
+        await clear(ctx)
+        for letter, text, error in [("G", "91", 0), ("X", "7", 0), ("G", "90", 21), ("X", "8", 21)]:
+            await word(ctx, letter, text, error)
+        for first in LETTERS * 80:
+            await clear(ctx, motion=rng.choice([0, 1, 2, 3, 4, 8, 9, 10, 11]),
+                        plane=rng.randrange(3), system=rng.randrange(6), **{
+                            name: rng.randrange(2) for name in (
+                                "relative", "inches", "inverse", "clockwise", "counter_clockwise",
+                                "mist", "flood")})
+            while not model.error or rng.random() < 0.3:
+                letter = rng.choice("GGGGMM" + LETTERS + "AQ" + 2 * first)
+                await word(ctx, letter, some_number(rng, letter))
+            if rng.random() < 0.3:
+                await clear(ctx, inches=rng.randrange(2))
+                for letter in "GMMXFN":
+                    await word(ctx, letter, some_number(rng, letter))
+                ctx.set(dut.end_program, 1)
+                await ctx.tick()
+                ctx.set(dut.end_program, 0)
+                model.end_program()
+                await see(ctx, model.error)
+
+    run.simulate(dut, test, deadline=50_000)
+    return (f"a mode and a value are taken; a second mode of the group is error 21, which stays; "
+            f"as its model in {counts.total()} words, of which {counts[0]} are good")
 
 
 @bench
