@@ -2,6 +2,8 @@
 
 import random
 from collections import Counter
+from collections.abc import Mapping
+from fractions import Fraction
 
 from fresa.protocol import (
     CoordinateSum,
@@ -19,9 +21,10 @@ from fresa.protocol import (
     ThesisDialect,
     UnitConverter,
 )
-from fresa.protocol.gcode_modes import LETTERS, GCodeLineState
+from fresa.protocol.gcode_modes import LETTERS, AxisUse, GCodeLineState, NonModal
 
 from ..bench import Run, bench, put
+from ..models.gcode_coordinates import summed
 from ..models.gcode_line import number, read_lines
 from ..models.gcode_list import quotient
 from ..models.gcode_words import LineModel, some_number
@@ -34,7 +37,7 @@ def letters(text: str) -> int:
 
 @bench
 def g_code_line(run: Run) -> str:
-    """Words that are taken, one of a group that has another already, and thousands of others."""
+    """Words that are taken, one whose group has another, and thousands more."""
     dut = GCodeLine()
     model, rng = LineModel(), random.Random(1)
     counts = Counter()
@@ -146,8 +149,8 @@ def g_code_lister(run: Run) -> str:
 
 @bench
 def g_code_coordinates(run: Run) -> str:
-    """The target of a line, in a system with an offset."""
-    dut = GCodeCoordinates()
+    """The target of a line, in a system with an offset; then every sum."""
+    dut, rng = GCodeCoordinates(), random.Random(1)
 
     async def store(ctx, address, value):
         ctx.set(dut.address, address)
@@ -174,15 +177,67 @@ def g_code_coordinates(run: Run) -> str:
             ctx.set(dut.operand_address, Operand.TARGET + axis)
             await ctx.tick()
             run.expect("target", ctx.get(dut.operand), expected)
+        for what in [*CoordinateSum] * 3:
+            await check(ctx, what)
 
-    run.simulate(dut, test)
-    return "X and Y go to their values, shifted by both origins; Z stays"
+    async def check(ctx, what):
+        words = [0 if rng.random() < 0.2 else rng.getrandbits(bits) - (1 << bits - 1)
+                 for bits in [rng.choice([8, 34])] for _ in range(64)]
+        for address, value in enumerate(words):
+            await store(ctx, address, value)
+        given = {letter for letter in "XYZ" if rng.random() < 0.6}
+        relative, machine, of_length, second, of_position = (
+            rng.random() < share for share in (0.4, 0.3, 0.1, 0.5, 0.5))
+        system, p = rng.randrange(6), rng.randrange(7)
+        ctx.set(dut.line, {
+            "letters": letters("".join(given)), "second": second, "p_whole": p,
+            "l_whole": 20 if of_position else 2, "non_modal": NonModal.MACHINE if machine
+            else NonModal.NONE, "axes": AxisUse.LENGTH if of_length else AxisUse.MOTION,
+            "modes": {"relative": relative, "system": system}})
+        ctx.set(dut.sum, what)
+        ctx.set(dut.run, 1)
+        await ctx.tick()
+        await run.until(ctx, dut, done=1, within=40)
+        after, sums = summed(
+            what.name, words, letters=given, relative=relative, system=system, machine=machine,
+            of_length=of_length, second=second, p=p, of_position=of_position)
+        run.see(ctx, dut, changed=any(sums), beyond=any(
+            not -(1 << 35) <= each < 1 << 35 for each in sums))
+        await ctx.tick()
+        ctx.set(dut.run, 0)
+        for address, expected in enumerate(after):
+            ctx.set(dut.operand_address, address)
+            ctx.set(dut.address, 63 - address)
+            await ctx.tick()
+            run.see(ctx, dut, operand=expected, word=after[63 - address])
+
+    run.simulate(dut, test, deadline=50_000)
+    return ("X and Y go to their values, shifted by both origins; Z stays; every sum is as in its "
+            "model")
+
+
+def converted(values: Mapping[str, int], *, inches: int, inverse: int, was_inverse: int
+              ) -> dict[str, int]:
+    """Return the values of a line that are converted, in nm and nm/s."""
+    found = {}
+    for letter, value in values.items():
+        if letter in "IJKRXYZ" and inches:
+            found[letter] = _rounded(Fraction(value * 127, 5))
+        elif letter == "F" and not inverse:
+            rate = _rounded(Fraction(value * 127, 5)) if inches and not was_inverse else value
+            found[letter] = min(max(rate // 60, int(rate > 0)), (1 << 31) - 1)
+    return found
+
+
+def _rounded(value: Fraction) -> int:
+    """Return a number rounded half away from zero."""
+    return int(abs(value) + Fraction(1, 2)) * (-1 if value < 0 else 1)
 
 
 @bench
 def unit_converter(run: Run) -> str:
     """A length in inches and a feed, one that is too long, and a word of a list."""
-    dut = UnitConverter()
+    dut, rng = UnitConverter(), random.Random(1)
     values = {letter: 0 for letter in LETTERS}
     written = {}
 
@@ -196,13 +251,15 @@ def unit_converter(run: Run) -> str:
                 written[letter] = values[letter] = ctx.get(dut.data)
             await ctx.tick()
 
-    async def convert(ctx, **named):
+    async def convert(ctx, inches=1, inverse=0, was_inverse=0, **named):
         values.update(named)
         written.clear()
         ctx.set(dut.line.letters, letters("".join(named)))
-        ctx.set(dut.line.modes.inches, 1)
+        ctx.set(dut.line.modes.inches, inches)
+        ctx.set(dut.line.modes.inverse, inverse)
+        ctx.set(dut.was_inverse, was_inverse)
         ctx.set(dut.run, 1)
-        for _ in range(400):
+        for _ in range(800):
             if ctx.get(dut.done) or ctx.get(dut.too_long):
                 break
             await ctx.tick()
@@ -223,11 +280,36 @@ def unit_converter(run: Run) -> str:
         await run.until(ctx, dut, divided=1, within=70)
         run.expect("um", ctx.get(dut.data), -2)
         ctx.set(dut.divide, 0)
+        for _ in range(60):
+            modes = {name: rng.randrange(2) for name in ("inches", "inverse", "was_inverse")}
+            named = {letter: rng.getrandbits(bits) - (1 << bits - 1)
+                     for letter in LETTERS if rng.random() < 0.4
+                     for bits in [rng.choice([4, 20, 33, 34])]}
+            if "F" in named:
+                named["F"] = abs(named["F"]) << rng.choice([0, 8])
+            expected = converted(named, **modes) | {
+                letter: 0 for letter in "IJK" if letter not in named}
+            long = any(not -(1 << dut.reach - 1) <= expected[letter] < 1 << dut.reach - 1
+                       for letter in "IJKRXYZ" if letter in expected)
+            run.expect("too long", await convert(ctx, **modes, **named), int(long))
+            if not long:
+                run.expect("converted", written, expected)
+            unit, word = rng.choice([*GCodeUnit]), rng.getrandbits(34) - (1 << 33)
+            inches, nearest = rng.randrange(2), rng.randrange(2)
+            values["F"] = word if nearest else abs(word)
+            ctx.set(dut.line.letters, 0)
+            ctx.set(dut.division, {"unit": unit, "inches": inches, "nearest": nearest})
+            ctx.set(dut.divide, 1)
+            await run.until(ctx, dut, divided=1, within=70)
+            run.see(ctx, dut, data=quotient(values["F"], unit.name, inches=bool(inches),
+                                            nearest=bool(nearest)))
+            ctx.set(dut.divide, 0)
+            await ctx.tick().repeat(2)
         run.see(ctx, dut, fault=0)
 
-    run.simulate(dut, test, memory)
+    run.simulate(dut, test, memory, deadline=50_000)
     return ("an inch is 25.4 mm, 60 inches a minute are 25.4 mm/s; 2**40 is too long; "
-            "-1500 nm are -2 um")
+            "-1500 nm are -2 um; as numbers have it in 60 lines and lists")
 
 
 @bench

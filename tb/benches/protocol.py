@@ -283,9 +283,24 @@ def realtime_filter(run: Run) -> str:
         await ctx.tick()
         run.expect("commands", seen, [
             "STATUS", "HOLD", "RESUME", "RESET", "JOG_CANCEL", "FEED_PLUS_10", "FLOOD"])
+        known = {*b"\x18!?~\x84\x85\xa0\xa1", *range(0x90, 0x98), *range(0x99, 0x9F)}
+        ctx.set(dut.bytes.valid, 1)
+        for number in range(1024):  # every byte, with and without an error, waiting or not
+            byte, error, ready = number & 0xFF, number >> 8 & 1, number >> 9
+            ctx.set(dut.bytes.payload, {"byte": byte, "error": error})
+            ctx.set(dut.rest.ready, ready)
+            passes = error or (byte < 0x80 and byte not in known)
+            run.see(ctx, dut, rest_valid=passes, bytes_ready=ready or not passes)
+            if passes:
+                run.see(ctx, dut, rest_payload=byte | error << 8)
+            await ctx.tick()
+            run.see(ctx, dut, command=byte in known and not error)
+            if byte in known and not error:
+                run.see(ctx, dut, code=byte)
 
     run.simulate(dut, test, consumer)
-    return "seven commands were taken while others waited, a byte from 0x80 on was dropped"
+    return ("seven commands were taken while others waited, a byte from 0x80 on was dropped; every "
+            "byte goes where it belongs")
 
 
 @bench
