@@ -262,15 +262,11 @@ def test_tables_are_those_of_the_figures(page):
     assert page.read_text() == with_table(page.read_text(), FIGURES)
 
 
-@pytest.mark.parametrize(("machine", "least", "slower"), [
-    ("mill", 100, set()), ("single", 100, set()), ("positioner", 100, set()),
-    ("gcode", 96, {"icepi-zero", "ulx3s-12f", "ulx3s-85f"})])
-def test_how_fast_an_ecp5_is(machine, least, slower):
+@pytest.mark.parametrize("machine", ["mill", "single", "positioner", "gcode"])
+def test_an_ecp5_reaches_100_mhz(machine):
     boards = [name for name, board in BOARDS.items() if board.flow and board.flow.extra == "ecp5"]
     assert len(boards) == 5
-    fastest = {name: FIGURES[name][machine]["fmax_mhz"] for name in boards}
-    assert min(fastest.values()) >= least
-    assert {name for name in boards if fastest[name] < 100} == slower
+    assert min(FIGURES[name][machine]["fmax_mhz"] for name in boards) >= 100
 
 
 def test_every_board_has_figures():
