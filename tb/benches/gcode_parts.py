@@ -74,7 +74,7 @@ def g_code_line(run: Run) -> str:
         await clear(ctx)
         for letter, text, error in [("G", "91", 0), ("X", "7", 0), ("G", "90", 21), ("X", "8", 21)]:
             await word(ctx, letter, text, error)
-        for first in LETTERS * 80:
+        for first in LETTERS * 40:
             await clear(ctx, motion=rng.choice([0, 1, 2, 3, 4, 8, 9, 10, 11]),
                         plane=rng.randrange(3), system=rng.randrange(6), **{
                             name: rng.randrange(2) for name in (

@@ -1,7 +1,7 @@
 """The mutants of one component before its bench and its contract, in parts that can run apart."""
 
 import functools
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from ..bench import Bench
@@ -89,11 +89,15 @@ def _prepare(name: str, *, checked: bool = True) -> tuple[Mutable, Bench | None]
     return Mutable(component, dut, checked=checked), bench
 
 
-@functools.cache
 def with_a_bench() -> Mapping[str, str]:
     """Return the names of the benches of components, by the components that have one."""
+    return _with_a_bench(tuple(components()))
+
+
+@functools.cache
+def _with_a_bench(names: Sequence[str]) -> Mapping[str, str]:
     with unused():
-        found = {name: bench_of(kind_of(component)) for name, component in components().items()}
+        found = {name: bench_of(kind_of(components()[name])) for name in names}
     return {name: bench.name for name, bench in found.items() if bench is not None}
 
 

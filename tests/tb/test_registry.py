@@ -200,7 +200,8 @@ class TestMachineWithALine:
                "flips-nudger", "coverage-nudger", "size-nudger"}
         assert own <= {*listed}
         with added([folder]):
-            wanted = [name for part in own for name in record.parts()[part].on if " " in name]
+            wanted = [name for part in own for name in record.parts()[part].depends()]
+            assert {"contract nudger", "bench nudger"} <= {*wanted}
             assert "gone" not in fingerprints.take(wanted, 1).values()
 
     @pytest.mark.prover
