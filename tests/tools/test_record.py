@@ -107,6 +107,7 @@ class TestRun:
 
     def test_what_was_interrupted_goes_on_and_its_seconds_too(self, check, tmp_path, monkeypatch):
         work = tmp_path / "build"
+        record.versions()  # which asks engines, once: only the command is interrupted
         with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
             patch.setattr(record.subprocess, "run", interrupted)
             run([check(0)], work)
