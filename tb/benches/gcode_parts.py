@@ -3,7 +3,6 @@
 import random
 from collections import Counter
 from collections.abc import Mapping
-from fractions import Fraction
 
 from fresa.protocol import (
     CoordinateSum,
@@ -25,6 +24,7 @@ from fresa.protocol.gcode_modes import LETTERS, AxisUse, GCodeLineState, NonModa
 
 from ..bench import Run, bench, put
 from ..models.gcode_coordinates import summed
+from ..models.gcode_language import nanometres, per_second
 from ..models.gcode_line import number, read_lines
 from ..models.gcode_list import quotient
 from ..models.gcode_words import LineModel, some_number
@@ -39,7 +39,7 @@ def letters(text: str) -> int:
 def g_code_line(run: Run) -> str:
     """Words that are taken, one whose group has another, and thousands more."""
     dut = GCodeLine()
-    model, rng = LineModel(), random.Random(1)
+    model, rng = LineModel(dut.reach), random.Random(1)
     counts = Counter()
 
     async def clear(ctx, **modes):
@@ -61,7 +61,7 @@ def g_code_line(run: Run) -> str:
         ctx.set(dut.take, 1)
         await ctx.tick()
         ctx.set(dut.take, 0)
-        model.take(letter, said, dut.reach)
+        model.take(letter, said)
         await see(ctx, model.error if error is None else error)
 
     async def see(ctx, error):
@@ -216,22 +216,16 @@ def g_code_coordinates(run: Run) -> str:
             "model")
 
 
-def converted(values: Mapping[str, int], *, inches: int, inverse: int, was_inverse: int
+def converted(values: Mapping[str, int], *, inches: bool, inverse: bool, was_inverse: bool
               ) -> dict[str, int]:
     """Return the values of a line that are converted, in nm and nm/s."""
     found = {}
     for letter, value in values.items():
         if letter in "IJKRXYZ" and inches:
-            found[letter] = _rounded(Fraction(value * 127, 5))
+            found[letter] = nanometres(value, inches=True)
         elif letter == "F" and not inverse:
-            rate = _rounded(Fraction(value * 127, 5)) if inches and not was_inverse else value
-            found[letter] = min(max(rate // 60, int(rate > 0)), (1 << 31) - 1)
+            found[letter] = per_second(nanometres(value, inches and not was_inverse))
     return found
-
-
-def _rounded(value: Fraction) -> int:
-    """Return a number rounded half away from zero."""
-    return int(abs(value) + Fraction(1, 2)) * (-1 if value < 0 else 1)
 
 
 @bench
@@ -281,7 +275,7 @@ def unit_converter(run: Run) -> str:
         run.expect("um", ctx.get(dut.data), -2)
         ctx.set(dut.divide, 0)
         for _ in range(60):
-            modes = {name: rng.randrange(2) for name in ("inches", "inverse", "was_inverse")}
+            modes = {name: bool(rng.randrange(2)) for name in ("inches", "inverse", "was_inverse")}
             named = {letter: rng.getrandbits(bits) - (1 << bits - 1)
                      for letter in LETTERS if rng.random() < 0.4
                      for bits in [rng.choice([4, 20, 33, 34])]}

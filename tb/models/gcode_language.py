@@ -307,8 +307,8 @@ class Interpreter:
         line.modes = replace(line.modes, motion=1, inverse=False)
         self._check_values(line, needs_feed=True)
         values, given = line.values, [axis in line.values for axis in AXES]
-        lengths = [_length(values.get(axis, 0), line.modes.inches) for axis in AXES]
-        feed = _rate(_length(values["F"], line.modes.inches))
+        lengths = [nanometres(values.get(axis, 0), line.modes.inches) for axis in AXES]
+        feed = per_second(nanometres(values["F"], line.modes.inches))
         moves = line.axes in ("", "motion") and any(given)
         target = self._target(line, lengths, given) if moves else self.position
         if any(not -REACH <= place < REACH for place in target):
@@ -452,7 +452,7 @@ class Interpreter:
                 raise RefusedLine(20)
         elif line.non_modal == (53, 0) and line.modes.motion not in (0, 1):
             raise RefusedLine(30)
-        if any(not -REACH <= _length(value, line.modes.inches) < REACH
+        if any(not -REACH <= nanometres(value, line.modes.inches) < REACH
                for letter, value in values.items() if letter in "IJKRXYZ"):
             raise RefusedLine(38)
 
@@ -464,12 +464,13 @@ class Interpreter:
             return 0
         if "F" not in line.values:
             return self.feed
-        return _rate(_length(line.values["F"], line.modes.inches and not self.modes.inverse))
+        inches = line.modes.inches and not self.modes.inverse
+        return per_second(nanometres(line.values["F"], inches))
 
     def _check_and_run(self, line: _Line) -> list[Action]:
         values, modes = dict(line.values), line.modes
         given = [axis in values for axis in AXES]
-        words = [_length(values.get(axis, 0), modes.inches) for axis in AXES]
+        words = [nanometres(values.get(axis, 0), modes.inches) for axis in AXES]
         feed = self._feed(line)
         target = self.position
         coordinates: tuple[int, Vector] | None = None
@@ -545,7 +546,7 @@ class Interpreter:
             return [Probe(target, feed, line.modes.inverse, away=motion >= 384,
                           no_error=motion in (383, 385))], ""
         centre, plane, used = self._centre(line, given, target)
-        radius = _length(line.values["R"], line.modes.inches) if used == "R" else None
+        radius = nanometres(line.values["R"], line.modes.inches) if used == "R" else None
         return [Arc(target, centre, plane, motion == 2, feed, line.modes.inverse, radius)], used
 
     def _centre(self, line: _Line, given: Sequence[bool], target: Vector
@@ -560,13 +561,13 @@ class Interpreter:
         if "R" in line.values:
             if target == self.position:
                 raise RefusedLine(33)
-            radius = _length(line.values["R"], line.modes.inches)
+            radius = nanometres(line.values["R"], line.modes.inches)
             return centre_by_radius(x, y, radius, clockwise=line.modes.motion == 2,
                                     steps_per_metre=steps), plane, "R"
         letters = "IJK"
         if not (letters[a] in line.values or letters[b] in line.values):
             raise RefusedLine(35)
-        i, j = (_length(line.values.get(letters[n], 0), line.modes.inches) for n in plane)
+        i, j = (nanometres(line.values.get(letters[n], 0), line.modes.inches) for n in plane)
         return check_radii(i, j, x, y, steps_per_metre=steps), plane, letters
 
     def _run(self, line: _Line, feed: int, moves: list[Action],
@@ -589,7 +590,7 @@ class Interpreter:
         self.modes = modes
         if line.tool_length:
             self.tool_length = 0 if line.tool_length == "cancel" else \
-                _length(line.values["Z"], modes.inches)
+                nanometres(line.values["Z"], modes.inches)
         if coordinates is not None:
             self.systems[coordinates[0]] = coordinates[1]
         self.offset = offset
@@ -662,7 +663,7 @@ def _vector(values: Iterable[int]) -> Vector:
     return x, y, z
 
 
-def _length(value: int, inches: bool) -> int:
+def nanometres(value: int, inches: bool) -> int:
     """Return nm of a value in millionths of a mm, or of an inch, rounded half away from 0."""
     if not inches:
         return value
@@ -670,7 +671,7 @@ def _length(value: int, inches: bool) -> int:
     return -size if value < 0 else size
 
 
-def _rate(per_minute: int) -> int:
+def per_second(per_minute: int) -> int:
     """Return nm/s of nm a minute: at least 1, unless it is 0."""
     return min(max(per_minute // 60, 1), TOP_FEED) if per_minute else 0
 

@@ -42,12 +42,15 @@ class LineModel:
 
     Attributes
     ----------
+    reach : int
+        Bits of a length, with its sign.
     error : int
         The first, or 0.
     modes, said : dict of str to int
         Modes, and what else the line says: as `GCodeLineState` has them.
     """
 
+    reach: int
     error: int = 0
     modes: dict[str, int] = field(default_factory=dict)
     said: dict[str, int] = field(default_factory=dict)
@@ -69,11 +72,11 @@ class LineModel:
             axes = MOTION
         return self.said | {"axes": axes, "modes": self.modes}
 
-    def take(self, letter: str, number: dict[str, int], reach: int) -> None:
+    def take(self, letter: str, number: dict[str, int]) -> None:
         """Take a word; after an error nothing is changed."""
         if not self.error:
             self.error = (self._take_g(number) if letter == "G" else self._take_m(number)
-                          if letter == "M" else self._take_value(letter, number, reach))
+                          if letter == "M" else self._take_value(letter, number))
 
     def _take_g(self, number: dict[str, int]) -> int:
         code, hundredths = number["whole"], number["hundredths"] if number["exact"] else None
@@ -129,7 +132,7 @@ class LineModel:
                     "mist" if code == 7 else "flood": 1}
         return 0
 
-    def _take_value(self, letter: str, number: dict[str, int], reach: int) -> int:
+    def _take_value(self, letter: str, number: dict[str, int]) -> int:
         if letter not in VALUES:
             return 20
         negative = not number["overflow"] and number["value"] < 0
@@ -150,8 +153,9 @@ class LineModel:
             self.said["number_too_large"] = int(whole > 10_000_000)
         elif letter == "F":
             self.said["zero_feed"] = int(number["value"] == 0)
-        elif letter in "IJKRXYZ" and not -(1 << reach - 1) <= number["value"] < 1 << reach - 1:
-            self.said["too_long"] = 1
+        elif letter in "IJKRXYZ":
+            if not -(1 << self.reach - 1) <= number["value"] < 1 << self.reach - 1:
+                self.said["too_long"] = 1
         return 0
 
     def _join(self, group: str) -> int:

@@ -14,9 +14,6 @@ _RESET_STEPS = ("The steps to go are computed anew in every clock and not read a
 _UPSET = ("It shows only in the clock after an upset that leaves the register of the states at an "
           "unused code while there is a way to go; the upsets of mutants leave all other registers "
           "as after power-up, those of tools.prove do not.")
-_OTHER_PLACE = ("The place differs only while no text is sent and no byte is offered; the number "
-                "that is taken next loads it. Induction over `busy` proves it, which is no state "
-                "machine.")
 _NO_ANSWER_WAITS = ("It shows only in an answer that waits. Their receiver is ready from the clock "
                     "of the request until there is one, as the contract assumes: none waits.")
 _LAST_STEP = ("The direction differs only where the target is one step away, or reached. From rest "
@@ -35,14 +32,6 @@ _GENERAL: Mapping[tuple[str, str], str] = {
     ("controller", "mux 34: B[15] inverted"): _RESET_STEPS,
     ("ramp", "gt 2: A[0] inverted where bit 6 is 0"): _LAST_STEP,
     ("ramp", "mux 9: S[0] stuck at 1"): _WAY_AT_REST,
-    ("text", "mux 3: B[0] inverted"): _OTHER_PLACE,
-    ("text", "pmux 1: A[1] stuck at 0"): _OTHER_PLACE,
-    ("text", "pmux 1: A[1] stuck at 1"): _OTHER_PLACE,
-    ("text", "pmux 1: A[3] inverted"): _OTHER_PLACE,
-    ("text", "pmux 1: A[3] inverted where bit 0 is 0"): _OTHER_PLACE,
-    ("text", "pmux 1: A[3] stuck at 0"): _OTHER_PLACE,
-    ("text", "pmux 1: A[3] stuck at 1"): _OTHER_PLACE,
-    ("text", "pmux 1: S[2] stuck at 1"): _OTHER_PLACE,
     ("order_ledger", "mux 3: A[2] stuck at 1"): _NO_ANSWER_WAITS,
     ("order_ledger", "mux 3: A[3] inverted where bit 2 is 1"): _NO_ANSWER_WAITS,
     ("uart_receiver", "mux 20: B[1] stuck at 1"): _SHIFTED_OUT,

@@ -207,7 +207,8 @@ class SpeedProfile(wiring.Component):
         clears_square, clears_begin, stops, spends = Signal(), Signal(), Signal(), Signal()
         over = Signal()  # last tick of the granule, or there is none
         ready = Signal()  # the granule may start
-        begins, follows, starts = Signal(), Signal(), Signal()  # first, behind another, or so
+        begins, follows = Signal(), Signal()  # from rest; behind another
+        starts = Signal()  # either
         held, may = Signal(), Signal()  # a clock old, for the sake of Fmax
         takes = Signal()
         taken = Signal()  # in the clock before, which is what SCALE follows
