@@ -14,6 +14,7 @@ from . import (
     drive,
     gantry,
     gcode_control,
+    gcode_gate,
     gcode_parts,
     guard,
     motion,
@@ -34,7 +35,7 @@ __all__ = ["benches", "groups"]
 
 COMPONENTS = (drive, motion, control, guard, orders, order_ledger, panel, axis, gantry, targets,
               ramp, profile, plan, walk, strings, blocks, gcode_control, serial_line, protocol,
-              gcode_parts)
+              gcode_gate, gcode_parts)
 
 
 def groups() -> Mapping[str, Sequence[Bench]]:

@@ -1,12 +1,10 @@
 """Benches of the protocol: lines, words, numbers and texts."""
 
 from fresa.protocol import (
-    SETTINGS,
     DecimalReader,
     DecimalWriter,
     FixedPoint,
     GCodeActionKind,
-    GCodeGate,
     GCodeInterpreter,
     GCodeKind,
     GCodeMessage,
@@ -27,7 +25,6 @@ from fresa.protocol import (
     TextSource,
     WordReader,
     setting_index,
-    setting_values,
 )
 
 from ..bench import Run, bench, put
@@ -532,59 +529,6 @@ def g_code_reporter(run: Run) -> str:
 
     run.simulate(dut, test, consumer)
     return "seven lines, each whole, the reports with what is due, and of what is to be shown"
-
-
-@bench
-def g_code_gate(run: Run) -> str:
-    """Lines that are passed, refused, and carried out: a setting."""
-    dut = GCodeGate()
-    ends, written = [], []
-
-    async def around(ctx):
-        ctx.set(dut.passed.ready, 1)
-        values = setting_values({})
-        while True:
-            ended = ctx.get(dut.passed.valid) and ctx.get(dut.passed.payload).kind == GCodeKind.END
-            if ended:
-                ends.append(ctx.get(dut.passed.payload).status.value)
-            if ctx.get(dut.write):
-                written.append((SETTINGS[ctx.get(dut.write_address)].number, ctx.get(dut.data)))
-            configure, address = ctx.get(dut.configure), ctx.get(dut.address)
-            await ctx.tick()
-            ctx.set(dut.answered, ended)
-            ctx.set(dut.configured, configure)
-            each = SETTINGS[min(address, len(SETTINGS) - 1)]
-            ctx.set(dut.value, values[min(address, len(SETTINGS) - 1)])
-            for name in ("number", "decimal", "least", "most"):
-                ctx.set(getattr(dut, name), getattr(each, name))
-
-    async def line(ctx, text, *, system=0, values=()):
-        values = dict(values)
-        for place, byte in enumerate(text.encode()):
-            kind = GCodeKind.CHARACTER if system else GCodeKind.WORD
-            await put(ctx, dut.words, {"kind": kind, "character": byte, "system": system})
-            if place in values:  # a number has ended
-                whole = values[place]
-                await put(ctx, dut.words, {
-                    "kind": GCodeKind.WORD, "system": 1, "character": ord("$="[place > 4]),
-                    "number": {"value": whole * 1000, "whole": whole, "integer": 1}})
-        await put(ctx, dut.words, {"kind": GCodeKind.END, "system": system})
-
-    async def test(ctx):
-        ctx.set(dut.resting, 1)
-        await line(ctx, "GX")
-        ctx.set(dut.locked, 1)
-        await line(ctx, "GX")
-        await line(ctx, "$H", system=1)
-        await line(ctx, "$X", system=1)
-        await line(ctx, "$100=80", system=1, values={3: 100, 6: 80})
-        await ctx.tick()
-        run.expect("statuses", ends, [0, 9, 5, 0, 0])
-        run.expect("written", written, [(100, 80_000)])
-        run.see(ctx, dut, fault=0)
-
-    run.simulate(dut, test, around)
-    return "of five lines two are refused, as the machine is locked and has no homing; $100 is 80"
 
 
 @bench
