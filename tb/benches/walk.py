@@ -1,12 +1,89 @@
 """Benches of the walk, and of its parts."""
 
-from math import isqrt
+import random
+from dataclasses import replace
+from math import asin, ceil, cos, floor, isqrt, log2, pi, sin
 
 from fresa.drive import PendingSteps
 from fresa.motion import CoreXY, PathWalk, Rotator, StepAccumulator, StepRatio, StringLength
 from fresa.motion.string_length import TICKS_LOG2
 
 from ..bench import Run, bench
+from ..models.walk import PathWalkModel, Walked, steps_in
+
+
+class Planner:
+    """Makes segments, each from where the one before ended."""
+
+    def __init__(self, seed: int, *, fine: int, coarse: int) -> None:
+        self.rng, self.fine, self.coarse = random.Random(seed), fine, coarse
+        self.place = [128, 128, 128]  # of each axis: position + 1/2 step, in 1/256 step
+
+    def line(self, increments: list[int] | None = None, log2_ticks: int | None = None) -> Walked:
+        """Make a line on the three axes."""
+        if log2_ticks is None:
+            log2_ticks = self.rng.choice([0, 1, 3, 6, 8, 10])
+        most = (1 << 8 + log2_ticks) - 1
+        if increments is None:
+            increments = [self.rng.choice([0, most, -most, self.rng.randint(-most, most)])
+                          for _ in range(3)]
+        start = [place & 255 for place in self.place]
+        self.place = [place + by for place, by in zip(self.place, increments, strict=True)]
+        return Walked(increment=increments, start=start, log2_ticks=log2_ticks,
+                      end=[(place >> 8) % 4 for place in self.place])
+
+    def arc(self, radius: float, angle: float, *, begin: float | None = None, crowd: int = 0
+            ) -> Walked:
+        """Make an arc; its radius is in m, its angle in radians, positive if counter-clockwise.
+
+        It has a half turn a tick at most, or two with `crowd`.
+        """
+        rng, fine, coarse = self.rng, self.fine, self.coarse
+        begin = rng.uniform(0, 2 * pi) if begin is None else begin
+        unit = max(1, ceil(log2(radius * fine)))
+        axes = rng.sample(range(3), 3)
+        u, v, w = axes
+        turns = round(abs(angle) / asin(2.0 ** -(unit + 4)))
+        log2_ticks = max(1, turns - 1).bit_length() - crowd
+        start = [self.place[axis] & 255 for axis in axes]
+        rise = rng.randrange(-256 << min(6, log2_ticks), 256 << min(6, log2_ticks))
+        residual = start[1] * fine >> 6
+        self.place[u] += floor(256 * radius * fine * (cos(begin + angle) - cos(begin)))
+        self.place[v] += floor(256 * radius * coarse * (sin(begin + angle) - sin(begin)))
+        self.place[w] += rise
+        scale = fine / 2**unit * 2**34 * radius
+        return Walked(
+            increment=(0, 0, rise), start=start, log2_ticks=log2_ticks, arc=1,
+            end=[(place >> 8) % 4 for place in self.place],
+            channel=[axes.index(axis) for axis in range(3)], clockwise=int(angle < 0),
+            turns=turns, shift=unit + 3,
+            x=round(scale * cos(begin)), y=round(scale * sin(begin)), residual=residual)
+
+    def any(self, crowd: int = 0) -> Walked:
+        """Make a line, or an arc of some hundred half turns."""
+        if self.rng.random() < 0.5:
+            return self.line()
+        radius = self.rng.choice([0.7, 2, 3, 9]) / self.fine
+        return self.arc(radius, self.rng.choice([-1, 1]) * self.rng.uniform(0.01, 2 * pi),
+                        crowd=crowd)
+
+    def part(self, ticks: int) -> Walked:
+        """Make so many ticks of a segment with any numbers that it may have, however long."""
+        rng, fine = self.rng, self.fine
+        log2_ticks, arc = rng.randint(ticks.bit_length(), 36), int(rng.random() < 0.6)
+        most = min((1 << 8 + log2_ticks) - 1, (1 << 33) - 1)
+        start = [rng.randrange(256) for _ in range(3)]
+        angle, size = rng.uniform(0, 2 * pi), rng.choice([1 << 34, rng.getrandbits(34)])
+        segment = Walked(
+            increment=[rng.choice([most, -most, rng.randint(-most, most)]) for _ in range(3)],
+            start=start, channel=rng.sample(range(3), 3) if arc else [0, 1, 2],
+            log2_ticks=log2_ticks, arc=arc, clockwise=rng.randrange(2),
+            turns=rng.choice([1 << log2_ticks, rng.randint(1, 1 << log2_ticks)]) * arc,
+            shift=rng.randint(4, 28), x=int(size * cos(angle)), y=int(size * sin(angle)),
+            residual=start[1] * fine >> 6)
+        made = steps_in(segment, ticks, fine, self.coarse)
+        self.place = [(place >> 8) + by << 8 for place, by in zip(self.place, made, strict=True)]
+        return replace(segment, end=[(place >> 8) % 4 for place in self.place])
 
 
 @bench
@@ -159,8 +236,8 @@ def rotator(run: Run) -> str:
 
 @bench
 def path_walk(run: Run) -> str:
-    """A line, a quarter of a circle of 2 steps, and a stray tick."""
-    dut = PathWalk()
+    """A line, a quarter of a circle; many others, as the model makes them; a stray tick."""
+    dut, model = PathWalk(), PathWalkModel()
 
     async def test(ctx):
         run.see(ctx, dut, ready=0, busy=0, step=0, fault=0)
@@ -203,17 +280,60 @@ def path_walk(run: Run) -> str:
 
         await walk(line, 16, "end of the line", [3, -5, 16])
         await walk(arc, 64, "end of the arc", [1, -3, 16])
+        ctx.set(run.rst, 1)
+        await ctx.tick()
+        ctx.set(run.rst, 0)
+        for seed, (fine, coarse) in enumerate(((80_000, 80_000), (3_200_000, 78_740),
+                                               ((1 << 27) - 1, 99_999_999), (4321, 1))):
+            ctx.set(dut.fine, fine)
+            ctx.set(dut.coarse, coarse)
+            planner = Planner(seed, fine=fine, coarse=coarse)
+            planner.place = [(count << 8) + 128 for count in model.counts]
+            await compare(ctx, planner, [
+                (ticks, planner.part(ticks)) for _ in range(8)
+                for ticks in [planner.rng.randint(1, 90)]])
         await clock(1)
         run.see(ctx, dut, step=0, fault=1)
 
+    async def compare(ctx, planner, parts):
+        """Walk parts of segments beside the model."""
+        left, wait = [ticks for ticks, _ in parts], 0
+        queue = [segment for _, segment in parts]
+        ctx.set(dut.segments.payload, vars(queue[0]))
+        busy = True
+        while left or busy:
+            tick = int(bool(model.running and left and wait <= 0))
+            last = int(tick and left[0] == 1)
+            for name, level in (("tick", tick), ("last", last)):
+                ctx.set(getattr(dut, name), level)
+            ctx.set(dut.segments.valid, bool(queue))
+            seen = model.clock(valid=int(bool(queue)), segment=queue[0] if queue else Walked(),
+                               fine=planner.fine, coarse=planner.coarse, tick=tick, last=last)
+            run.see(ctx, dut, segments_ready=seen["taken"],
+                    **{name: seen[name] for name in ("ready", "step", "busy", "fault")})
+            if seen["step"]:
+                run.expect("directions", ctx.get(dut.direction) & seen["step"], seen["direction"])
+            await ctx.tick()
+            wait, busy = wait - 1, bool(seen["busy"])
+            if tick:
+                wait = planner.rng.choice([1, 1, 2, 4])
+                left[0] -= 1
+                if last:
+                    del left[0]
+            if seen["taken"]:
+                del queue[0]
+                if queue:
+                    ctx.set(dut.segments.payload, vars(queue[0]))
+
     run.simulate(dut, test)
-    return "a line to (3, -5, 16), an arc to (1, -3, 16); a tick that belonged to nothing: a fault"
+    return ("a line to (3, -5, 16), an arc to (1, -3, 16); parts of 32 others as their model; a "
+            "tick that belonged to nothing: a fault")
 
 
 @bench
 def core_xy(run: Run) -> str:
-    """Steps of X, of Y, and of both at once."""
-    dut = CoreXY()
+    """Steps of X, of Y, and of both at once; and where motors have them."""
+    dut, rng = CoreXY(), random.Random(1)
     motors = [0, 0]
 
     async def count(ctx):
@@ -237,6 +357,17 @@ def core_xy(run: Run) -> str:
                 ctx.set(dut.motors[axis], motor)
         await ctx.tick()
         run.expect("X and Y", [ctx.get(dut.positions[axis]) for axis in range(2)], [1, 1])
+        for _ in range(40):
+            at, by = ([rng.getrandbits(bits) - (1 << bits - 1) for bits in (35, 35, 36)]
+                      for _ in range(2))
+            for axis, (motor, shift) in enumerate(zip((at[0] + at[1], at[0] - at[1], at[2]), by,
+                                                      strict=True)):
+                ctx.set(dut.motors[axis], motor)
+                ctx.set(dut.shift[axis], shift)
+            run.expect("positions", [ctx.get(dut.positions[axis]) for axis in range(3)], at)
+            run.expect("shifts", [ctx.get(dut.motor_shift[axis]) for axis in range(3)],
+                       [by[0] + by[1], by[0] - by[1], by[2]])
+            await ctx.tick()
 
     run.simulate(dut, test, count)
     return "both motors make each step, and two at once are made one after the other"

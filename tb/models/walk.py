@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 __all__ = ["PathWalkModel", "PendingModel", "RatioModel", "Walked", "half_turns", "line_steps",
-           "segment_steps", "turn_ticks"]
+           "segment_steps", "steps_in", "turn_ticks"]
 
 NO_CHANNEL = 3
 
@@ -130,6 +130,20 @@ def segment_steps(segment: Walked, fine: int = 1, coarse: int = 1) -> list[list[
             if step:
                 steps[channel].append((tick, step))
     return steps
+
+
+def steps_in(segment: Walked, ticks: int, fine: int = 1, coarse: int = 1) -> list[int]:
+    """Return how many steps each axis makes in the first ticks, without corrective ones."""
+    channels = [(start << 36) + (ticks * increment << 36 - segment.log2_ticks) >> 44
+                for start, increment in zip(segment.start, segment.increment, strict=True)]
+    if segment.arc:
+        arc, channels[:2] = _ArcModel(segment, fine, coarse), [0, 0]
+        for tick in turn_ticks(segment.turns, segment.log2_ticks):
+            if tick > ticks:
+                break
+            channel, step = arc.turn()
+            channels[channel] += step
+    return [channels[channel] if channel != NO_CHANNEL else 0 for channel in segment.channel]
 
 
 class PendingModel:
