@@ -1,5 +1,7 @@
 """Benches of drivers: steps to pins."""
 
+import random
+
 from fresa.drive import (
     AxisDrivers,
     CoilDriver,
@@ -10,7 +12,10 @@ from fresa.drive import (
 )
 
 from ..bench import Run, bench
+from ..models.spindle import power
 from ..plant import WORDS
+
+SPINDLES = 100
 
 
 @bench
@@ -109,10 +114,23 @@ def axis_drivers(run: Run) -> str:
     return "64 requests: all axes and directions, each motor followed its own and no other"
 
 
+def some_spindle(rng: random.Random) -> dict[str, int]:
+    """Return inputs of the power of a spindle, at its ends as often as between."""
+    most = rng.choice([1_000_000, 24_000_000, rng.randrange(1 << 27)])
+    least = rng.choice([0, 0, most // 3, rng.randrange(1 << 27)])
+    feed = rng.choice([0, 1, 16_666_667, rng.randrange(1 << 32), (1 << 32) - 1])
+    return {"on": int(rng.random() < 0.95), "scaled": rng.getrandbits(1),
+            "speed": rng.choice([0, 1, 1000 * least, 1000 * most, rng.randrange(
+                1, 2000 * max(1, most)), rng.randrange(1 << 36)]) & (1 << 36) - 1,
+            "override": rng.choice([100, 100, 10, 50, 200, rng.randint(10, 200)]),
+            "least": least, "most": most, "feed": feed,
+            "path_speed": rng.choice([0, feed, feed // 2, rng.randrange(1 << 31)])}
+
+
 @bench
 def spindle_power(run: Run) -> str:
-    """A spindle at a quarter, then a laser at half the speed of its path, and off."""
-    dut = SpindlePower()
+    """A spindle at a quarter, then a laser at half the speed of its path, and off; others."""
+    dut, rng = SpindlePower(), random.Random(1)
 
     async def test(ctx):
         ctx.set(dut.on, 1)
@@ -129,10 +147,16 @@ def spindle_power(run: Run) -> str:
         ctx.set(dut.on, 0)
         await ctx.tick()
         run.see(ctx, dut, power=0, fault=0)
-        await ctx.tick()
+        for _ in range(SPINDLES):
+            inputs = some_spindle(rng)
+            for name, value in inputs.items():
+                ctx.set(getattr(dut, name), value)
+            await ctx.tick().repeat(130)
+            run.see(ctx, dut, power=power(**inputs), fault=0)
 
-    run.simulate(dut, test)
-    return "powers of 1/4 and 1/8 were computed, and that of a spindle that is off is 0"
+    run.simulate(dut, test, deadline=50_000)
+    return (f"powers of 1/4 and 1/8 were computed, and that of a spindle that is off is 0; "
+            f"{SPINDLES} others are right")
 
 
 @bench
@@ -158,19 +182,22 @@ def power_pwm(run: Run) -> str:
 
 @bench
 def servo_pulse(run: Run) -> str:
-    """A pulse of 700 us, then one of 900."""
-    dut = ServoPulse(clock=1_000_000)
+    """A pulse of 700 us, then one of 900; and of others."""
+    period = 4096
+    dut, rng = ServoPulse(clock=1_000_000, period=period), random.Random(1)
+    others = [(rng.randrange(1 << 16), rng.randrange(1, 4001), rng.randrange(1, 4001))
+              for _ in range(7)]
 
     async def test(ctx):
-        ctx.set(dut.low, 700)
-        ctx.set(dut.high, 1100)
-        for power, length in ((0, 700), (1 << 15, 900)):
-            ctx.set(dut.power, power)
-            on = 0
-            for clock in range(40_000):
-                on += ctx.get(dut.pin) if clock >= 20_001 else 0
+        await ctx.tick()
+        for share, low, high in [(0, 700, 1100), (1 << 15, 700, 1100), *others]:
+            for name, value in (("power", share), ("low", low), ("high", high)):
+                ctx.set(getattr(dut, name), value)
+            await ctx.tick().repeat(period)
+            length = low * (65_536 - share) + high * share >> 16
+            for clock in range(period):
+                run.see(ctx, dut, pin=clock < length, beat=clock % 1024 == 0)
                 await ctx.tick()
-            run.expect("us", on, length)
 
     run.simulate(dut, test, deadline=90_000)
-    return "a pulse in 20 ms was 700 us long without power, and 900 us at half of it"
+    return "a pulse was 700 us long without power, and 900 us at half of it; seven others are right"

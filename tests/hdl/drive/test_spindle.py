@@ -2,7 +2,6 @@
 
 """Power of a spindle, its PWM, and pulses of a servo: against what they say, in numbers."""
 
-import random
 import re
 
 import pytest
@@ -12,48 +11,7 @@ from tb.boards import component
 from tb.engines import AmaranthEngine
 
 
-def ratio(part: int, whole: int) -> int:
-    """Return a share of full power, at most that."""
-    return FULL_POWER if whole <= 0 else max(0, min(FULL_POWER, (part << 16) // whole))
-
-
-def power(*, on: int, scaled: int, speed: int, override: int, least: int, most: int,
-          path_speed: int, feed: int) -> int:
-    """Return what the power has to be."""
-    if not on or not speed:
-        return 0
-    factor = (override * 4096 + 50) // 100  # to the nearest of these digits
-    share = max(LEAST_POWER, ratio(speed * factor - (1000 * least << 12),
-                                   1000 * (most - least) << 12))
-    if not scaled:
-        return share
-    return share * ratio(path_speed, feed) >> 16 if path_speed else 0
-
-
-def _inputs(rng: random.Random) -> dict[str, int]:
-    most = rng.choice([1_000_000, 24_000_000, rng.randrange(1 << 27)])
-    least = rng.choice([0, 0, most // 3, rng.randrange(1 << 27)])
-    feed = rng.choice([0, 1, 16_666_667, rng.randrange(1 << 32), (1 << 32) - 1])
-    return {"on": int(rng.random() < 0.95), "scaled": rng.getrandbits(1),
-            "speed": rng.choice([0, 1, 1000 * least, 1000 * most, rng.randrange(
-                1, 2000 * max(1, most)), rng.randrange(1 << 36)]) & (1 << 36) - 1,
-            "override": rng.choice([100, 100, 10, 50, 200, rng.randint(10, 200)]),
-            "least": least, "most": most, "feed": feed,
-            "path_speed": rng.choice([0, feed, feed // 2, rng.randrange(1 << 31)])}
-
-
 class TestSpindlePower:
-    def test_is_what_it_should_be(self):
-        rng = random.Random(1)
-        with AmaranthEngine(component("power", SpindlePower())) as engine:
-            engine.set(rst=0)
-            for _ in range(400):
-                inputs = _inputs(rng)
-                engine.set(**inputs)
-                engine.run(130)
-                assert engine.get("power") == power(**inputs), inputs
-            assert not engine.get("fault")
-
     def test_is_off_a_clock_later_and_never_shows_what_was_before(self):
         with AmaranthEngine(component("power", SpindlePower())) as engine:
             engine.set(rst=0, on=1, speed=10**9, override=100, most=10**6)
