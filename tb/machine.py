@@ -154,6 +154,10 @@ class Recorded:
         that are not named, as many as of other machines.
     unmutated : str
         Why there are no mutants of the machine as a whole, if there are none.
+    mutated : sequence of str
+        Components that it does not have alone, whose mutants are yet recorded with its own.
+    mutants_least : float
+        Percent of mutants that are to be killed, of those that are not equivalent.
     quick_mutants : str
         Of its components the one whose mutants are tried where there is little time.
     """
@@ -163,6 +167,8 @@ class Recorded:
     campaign: int = 0
     faults: Mapping[str, tuple[int, int]] = field(default_factory=dict)
     unmutated: str = ""
+    mutated: Sequence[str] = ()
+    mutants_least: float = 99
     quick_mutants: str = ""
 
 

@@ -40,7 +40,7 @@ from .console import (
 )
 from .processes import pool
 
-__all__ = ["Findings", "State", "load", "main", "run", "shares"]
+__all__ = ["Findings", "State", "load", "main", "pool_of", "run", "shares"]
 
 ABOUT = """\
 Changes every component in thousands of small ways: Yosys' mutate inverts a bit at a port of a cell,
@@ -296,9 +296,9 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("components", metavar="COMPONENT", nargs="*",
                         help="what to change; all that have a bench")
     parser.add_argument("--machine", metavar="NAME",
-                        help="the components that this machine alone has")
+                        help="the components that this machine alone has, and others that it names")
     parser.add_argument("--general", action="store_true",
-                        help="the components that are of no machine alone")
+                        help="the components that are of no machine")
     parser.add_argument("--mutants", metavar="N", type=whole(1), default=5000,
                         help="how many in all; large components get more (default: %(default)s)")
     parser.add_argument("--seed", metavar="N", type=whole(0), default=1,
@@ -319,7 +319,7 @@ def main(argv: list[str] | None = None) -> int:
     if lacking := missing():
         raise UserError(lacking)
     began = time.monotonic()
-    pool = names or _pool(args.machine, general=args.general)
+    pool = names or pool_of(args.machine, general=args.general)
     names = [name for name in pool if name in with_a_bench()]
     if not names:
         raise UserError(f"{' '.join(pool) or args.machine} has no component with a contract and a "
@@ -373,15 +373,17 @@ def _report(args: argparse.Namespace, state: State, names: Sequence[str], withou
     return 0 if good else 1
 
 
-def _pool(name: str | None, *, general: bool) -> list[str]:
-    """Name the components that are meant: general ones, or a machine's own, or all."""
+def pool_of(name: str | None, *, general: bool = False) -> list[str]:
+    """Name the components that are meant: general ones, or those of a machine, or all."""
     if general:
-        return [each for each in components() if each in GENERAL]
+        others = {each for machine in machines().values() for each in machine.recorded.mutated}
+        return [each for each in components() if each in GENERAL and each not in others]
     if name is None:
         return list(components())
     machine = machines()[known(name, machines(), "machine")]
     own = list(machine.contracts() if machine.contracts else ())
-    return [each for each in own if each != name or not machine.recorded.unmutated]
+    return [*(each for each in own if each != name or not machine.recorded.unmutated),
+            *machine.recorded.mutated]
 
 
 def _figures(counts: Counter) -> dict:

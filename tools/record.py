@@ -16,11 +16,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
 
-from tb.contracts import GENERAL
 from tb.contracts.proof import VERSION
 from tb.engines import IcarusEngine, VerilatorEngine
 from tb.engines.ghdl import GHDLEngine
-from tb.machine import Machine
+from tb.machine import Machine, Recorded
 from tb.machines import machines
 from tb.mutation import with_a_bench
 from tb.registry import components, fuzz_targets
@@ -28,6 +27,7 @@ from tb.vhdl import REFERENCES
 
 from . import fingerprints
 from .console import Parser, UserError, command, say, write_atomically, write_files_atomically
+from .mutate import pool_of
 from .record_page import dump, page, summary
 
 __all__ = ["Part", "main", "parts"]
@@ -128,8 +128,8 @@ _JSON = "--json {folder}/figures.json"
 _COSIM = f"--vcd {{folder}}/cosim {_JSON}"
 _FUZZ = f"--save {{folder}}/fuzz {_JSON}"
 _STATE = "--state {folder}/state.json"
-#: Mutants of the general components together, and of those that one machine alone has: these stay
-#: the same when another machine comes.
+#: Mutants of the general components together, and of those of a machine: these stay the same when
+#: another machine comes.
 GENERAL_MUTANTS, OWN_MUTANTS = 2500, 250
 
 
@@ -153,10 +153,10 @@ def parts() -> dict[str, Part]:
                (f"fuzz {name}",), f"tools.fuzz {name} --bytes 20000 --rates 20 {_FUZZ}")
           for name in fuzz_targets()),
         Part("mutants", f"tools.mutate --general --mutants {GENERAL_MUTANTS} {_STATE} {_JSON}",
-             _of(GENERAL),
+             _of(pool_of(None, general=True)),
              "tools.mutate divider coil counter axes phase rate position points --mutants 330 "
              f"{_STATE} {_JSON}", remembers=True),
-        *(_mutants(machine, machine.contracts()) for machine in known if machine.contracts),
+        *(_mutants(machine) for machine in known if pool_of(machine.name)),
         *(_faults(machine, what) for what in ("resets", "flips")
           for machine in known if machine.faults),
         # For all states of some a solver takes many minutes, whatever else is made less.
@@ -215,12 +215,14 @@ def _decisive(what: str) -> list[str]:
     return [f"contract {name}", *([f"bench {bench}"] if bench else [])]
 
 
-def _mutants(machine: Machine, own: Iterable[str]) -> Part:
-    """Return the part about mutants of the components that a machine alone has."""
-    quick = machine.recorded.quick_mutants
+def _mutants(machine: Machine) -> Part:
+    """Return the part about mutants of the components that a machine alone has, or names."""
+    quick, least = machine.recorded.quick_mutants, machine.recorded.mutants_least
+    asked = "" if least == Recorded.mutants_least else f"--least {least:g} "
     return Part(f"mutants-{machine.name}",
-                f"tools.mutate --machine {machine.name} --mutants {OWN_MUTANTS} {_STATE} {_JSON}",
-                _of(own),
+                f"tools.mutate --machine {machine.name} --mutants {OWN_MUTANTS} {asked}"
+                f"{_STATE} {_JSON}",
+                _of(pool_of(machine.name)),
                 f"tools.mutate {quick} --mutants 30 {_STATE} {_JSON}" if quick else "",
                 remembers=True, about=machine.recorded.unmutated)
 
