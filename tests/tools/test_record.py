@@ -249,8 +249,14 @@ def test_each_part_depends_on_something():
 
 def test_mutants_are_of_every_component():
     named = [part for part in parts().values() if "tools.mutate" in part.command]
+    without = {name for name, machine in machines().items() if machine.recorded.unmutated}
     assert sorted(name for part in named for name in part.on) == sorted(
-        f"mutants {name}" for name in components())
+        f"mutants {name}" for name in components() if name not in without)
+
+
+def test_what_a_machine_asks_of_its_mutants():
+    assert " --least 9" in parts()["mutants-gcode"].command
+    assert "--least" not in parts()["mutants-mill"].command
 
 
 def test_mutants_are_of_the_contracts_and_the_benches_of_their_components():

@@ -196,6 +196,6 @@ MACHINE = Machine(
         "hour": ("benchmarks.load --seconds 0 --model-hours 1", "")},
                       sizes={"gcode": ("", "netlist nexys2-gcode")},
                       faults={"resets": (10_000, 1000), "flips": (4000, 300)},
-                      unmutated="Its parts are mutated one by one.", mutated=PARTS, mutants_least=95,
-                      quick_mutants="overrides"),
+                      unmutated="Its parts are mutated one by one.", mutated=PARTS,
+                      mutants_least=95, quick_mutants="overrides"),
     **parts(__name__, "faults", "fuzz", "modelled", "netlist", "scenarios"))

@@ -121,6 +121,10 @@ DIAGRAMS = (
         "line: rx tx outputs: pen moving left right", 36_000, 48_000),
 )
 
+PARTS = ("string_motor", "string_length", "hanging", "bowed_line", "string_homing",
+         "string_cycles", "wall_dialect", "hex_reader", "hex_writer")
+"""Of its components those that were made for it, and have a bench: their mutants are recorded."""
+
 MACHINE = Machine(
     name="vplotter", order=4,
     about="a pen that hangs from two strings: G-code, or the thesis' commands (docs/vplotter.md)",
@@ -140,5 +144,6 @@ MACHINE = Machine(
     recorded=Recorded(benchmarks={"lines": ("benchmarks.wall_lines",
                                             "benchmarks.wall_lines --lines 300 --motors 10")},
                       faults={"resets": (10_000, 1000), "flips": (4000, 300)},
-                      unmutated="Its parts are mutated one by one."),
+                      unmutated="Its parts are mutated one by one.", mutated=PARTS,
+                      mutants_least=90, quick_mutants="hex_reader"),
     **parts(__name__, "faults", "fuzz", "modelled", "netlist", "scenarios"))
