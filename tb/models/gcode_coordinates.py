@@ -2,9 +2,11 @@
 
 from collections.abc import Collection
 
+from .gcode_words import VALUES
+
 __all__ = ["summed"]
 
-LETTER = {letter: at for at, letter in enumerate("FIJKLNPRSTXYZ")}
+LETTER = {letter: at for at, letter in enumerate(VALUES)}
 PROBED, SYSTEM, OFFSET, LENGTH, PREDEFINED, POSITION, FEED, SPEED, TOOL = (
     13, 16, 34, 37, 38, 44, 47, 48, 49)
 NEW, TARGET, HOME, ORIGIN = 50, 53, 56, 60

@@ -6,6 +6,8 @@ from dataclasses import dataclass, field
 __all__ = ["LineModel", "some_number"]
 
 VALUES = "FIJKLNPRSTXYZ"
+"""Letters whose values are stored, in the order of their addresses."""
+
 GROUPS = {
     "non_modal": (4, 10, 28, 30, 53, 92), "motion": (0, 1, 2, 3, 38, 80), "plane": (17, 18, 19),
     "distance": (90, 91), "feed": (93, 94), "units": (20, 21), "radius": (40,),
