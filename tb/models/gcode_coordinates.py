@@ -2,7 +2,7 @@
 
 from collections.abc import Collection
 
-from .gcode_words import VALUES
+from .gcode_language import VALUES
 
 __all__ = ["summed"]
 

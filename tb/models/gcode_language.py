@@ -192,7 +192,8 @@ _GROUPS = {**dict.fromkeys([0, 1, 2, 3, 38, 80], "motion"), **dict.fromkeys([17,
            **dict.fromkeys(range(54, 60), "system"), 61: "path"}
 _M_GROUPS = {0: "flow", 1: "flow", 2: "flow", 30: "flow", 3: "spindle", 4: "spindle",
              5: "spindle", 7: "coolant", 8: "coolant", 9: "coolant"}
-_VALUES = "FIJKLNPRSTXYZ"
+VALUES = "FIJKLNPRSTXYZ"
+"""Letters whose values are stored, in the order of their addresses."""
 _OF_JOG = {"non-modal", "distance", "units"}
 
 
@@ -262,16 +263,6 @@ class Interpreter:
         self.__init__(probing=self.probing, steps_per_metre=self.steps_per_metre)
         self.position, self.systems, self.predefined = kept
 
-    def check(self, words: Iterable[Word]) -> None:
-        """Look at words by themselves, of a line that may not be right as a whole.
-
-        Raises
-        ------
-        RefusedLine
-            With GRBL's code, if one is wrong.
-        """
-        self._read(words)
-
     def line(self, words: Iterable[Word]) -> list[Action]:
         """Return what a line does, in order, and keep what it sets.
 
@@ -283,7 +274,7 @@ class Interpreter:
         given = list(words)
         if not given:  # as of a comment, which is no line to GRBL's parser
             return []
-        line = self._read(given)
+        line = self.read(given)
         self._check_values(line)
         return self._check_and_run(line)
 
@@ -303,7 +294,7 @@ class Interpreter:
         RefusedLine
             With GRBL's code, if it is refused.
         """
-        line = self._read(words)
+        line = self.read(words)
         line.modes = replace(line.modes, motion=1, inverse=False)
         self._check_values(line, needs_feed=True)
         values, given = line.values, [axis in line.values for axis in AXES]
@@ -331,7 +322,14 @@ class Interpreter:
 
     # Words, as they come
 
-    def _read(self, words: Iterable[Word]) -> _Line:
+    def read(self, words: Iterable[Word]) -> _Line:
+        """Return what words say, of a line that may not be right as a whole.
+
+        Raises
+        ------
+        RefusedLine
+            With GRBL's code, if one is wrong.
+        """
         line = _Line(self.modes)
         for word in words:
             if word.letter in "GM" and (word.overflow or word.value < 0):
@@ -340,7 +338,7 @@ class Interpreter:
                 self._g(line, *word.code)
             elif word.letter == "M":
                 self._m(line, *word.code)
-            elif word.letter in _VALUES:
+            elif word.letter in VALUES:
                 if word.letter == "T" and (word.overflow or word.value > MAX_TOOL * 1_000_000):
                     raise RefusedLine(38)
                 if word.letter in line.values:
@@ -349,7 +347,7 @@ class Interpreter:
                     raise RefusedLine(38)
                 if word.letter in "FNPTS" and word.value < 0 and not word.overflow:
                     raise RefusedLine(4)
-                line.values[word.letter] = 1 << 60 if word.overflow else word.value
+                line.values[word.letter] = word.value
             else:
                 raise RefusedLine(20)
         return line

@@ -233,7 +233,7 @@ class TestOthers:
     def test_numbers_that_do_not_fit(self):
         for letter, code in [("G", 20), ("M", 23), ("N", 27), ("T", 38), ("X", 38), ("F", 38)]:
             with pytest.raises(RefusedLine) as refused:
-                Interpreter().line([Word(letter, 0, overflow=True)])
+                Interpreter().line([Word(letter, 1 << 44, overflow=True)])
             assert refused.value.args == (code,)
 
     @given(st.lists(st.tuples(st.sampled_from("GMFIJKLNPRSTXYZQ"), st.integers(-2, 100),

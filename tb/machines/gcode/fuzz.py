@@ -168,7 +168,7 @@ def _answers_to(model: Interpreter, line: _Line) -> tuple[tuple[bytes, ...], Seq
             return (b"ok", *(b"error:%d" % number for number in (2, 3, 4, 5, 8, 11, 13, 38))), ()
         items, status = read_words(text)
         if status or line.damaged:
-            model.check(items)
+            model.read(items)
             return (*damage, b"error:%d" % status), ()
         return (b"ok",), model.line(items)
     except RefusedLine as refused:
@@ -179,7 +179,7 @@ def _answer_jog(model: Interpreter, text: str) -> bytes:
     """Return how a jog is answered, if it may be one."""
     items, status = read_jog(text)
     try:
-        model.check(items)
+        model.read(items)
         if not status:
             deepcopy(model).jog(items)
     except RefusedLine as refused:
