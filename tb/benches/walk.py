@@ -283,15 +283,17 @@ def path_walk(run: Run) -> str:
         ctx.set(run.rst, 1)
         await ctx.tick()
         ctx.set(run.rst, 0)
-        for seed, (fine, coarse) in enumerate(((80_000, 80_000), (3_200_000, 78_740),
-                                               ((1 << 27) - 1, 99_999_999), (4321, 1))):
+        # Of few steps per m low bits count, and in many ticks those of sums.
+        for seed, (fine, coarse, longest) in enumerate((
+                (80_000, 80_000, 90), (3_200_000, 78_740, 90), ((1 << 27) - 1, 99_999_999, 90),
+                (4321, 1, 90), (29, 23, 500))):
             ctx.set(dut.fine, fine)
             ctx.set(dut.coarse, coarse)
             planner = Planner(seed, fine=fine, coarse=coarse)
             planner.place = [(count << 8) + 128 for count in model.counts]
             await compare(ctx, planner, [
                 (ticks, planner.part(ticks)) for _ in range(8)
-                for ticks in [planner.rng.randint(1, 90)]])
+                for ticks in [planner.rng.randint(1, longest)]])
         await clock(1)
         run.see(ctx, dut, step=0, fault=1)
 
@@ -326,7 +328,7 @@ def path_walk(run: Run) -> str:
                     ctx.set(dut.segments.payload, vars(queue[0]))
 
     run.simulate(dut, test)
-    return ("a line to (3, -5, 16), an arc to (1, -3, 16); parts of 32 others as their model; a "
+    return ("a line to (3, -5, 16), an arc to (1, -3, 16); parts of 40 others as their model; a "
             "tick that belonged to nothing: a fault")
 
 
