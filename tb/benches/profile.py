@@ -14,7 +14,7 @@ SPEED, FRACTION, TICKS = 6, 4, 8
 SMALL = {"speed_bits": SPEED, "fraction_bits": FRACTION, "most_ticks_log2": TICKS,
          "brake_bits": 2 * SPEED + TICKS}
 """A profile in which much happens in few clocks."""
-SEEDS, CLOCKS = 6, 800
+SEEDS, CLOCKS = 8, 800
 
 
 @bench
@@ -49,7 +49,7 @@ def any_blocks(rng: random.Random) -> list[tuple[Block, int]]:
     blocks, clock, top = [], 0, 2**SPEED - 1
     for _ in range(rng.randint(1, 5)):
         log2_ticks, speed = rng.choice([0, 1, 2, 3, 5, 6, 7]), rng.randint(1, top)
-        energy = rng.choice([2, rng.randint(2, (top**2 >> log2_ticks) + 3),
+        energy = rng.choice([2, rng.randint(2, (top**2 >> log2_ticks) + 3), rng.randint(2, top**2),
                              speed**2 >> rng.randint(3, 7)])
         modulus = rng.choice([rng.uniform(2, 4) * speed, rng.uniform(2, 4) * top,
                               rng.uniform(0, 8) * top])
