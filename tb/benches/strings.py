@@ -1,5 +1,6 @@
 """Benches of a point that hangs from two strings: its motors, lengths, homing and commands."""
 
+from collections.abc import Callable
 from itertools import pairwise
 from math import hypot
 
@@ -10,6 +11,7 @@ from fresa.protocol import HomingStage, LineEnd, WallDialect
 from ..bench import Run, bench
 
 TICKS = 1 << TICKS_LOG2
+PACE = 3
 
 
 @bench
@@ -114,18 +116,15 @@ def hanging(run: Run) -> str:
     return "both strings always have the nearest length; ticks without room are a fault"
 
 
-@bench
-def bowed_line(run: Run) -> str:
-    """A line of 13 steps of the left string and 5 of the right one, evenly."""
-    pace = 3
-    dut = BowedLine(pace=pace, place_bits=5, length_bits=6)
+def _drawing(run: Run, dut: BowedLine | StringCycles) -> tuple[Callable, Callable, Callable]:
+    """Return a test of a line, its plant, which goes on until it is told, and checks for after."""
     point, target = [4, 20], [9, 17]
     made, length = [20, 30], [33, 25]
     clocks: list[list[int]] = [[], []]  # of the steps of each motor
 
-    async def plant(ctx):
+    async def plant(ctx, over=lambda: False):
         clock = 0
-        while True:
+        while not over():
             for own, value in zip((*dut.point, *dut.target, *dut.made, *dut.length),
                                   (*point, *target, *made, *length), strict=True):
                 ctx.set(own, value)
@@ -162,57 +161,30 @@ def bowed_line(run: Run) -> str:
         await ctx.tick()
         run.see(ctx, dut, active=0, done=0, fault=0)
 
+    def check():
+        run.expect("steps", [len(each) for each in clocks], [13, 5])
+        run.expect("clocks between steps of the left motor", {
+            b - a for a, b in pairwise(clocks[0])}, {PACE})
+        # That is made where its share of the way passes half a step.
+        part = [int(13 * (number + 0.5) / 5) + 1 for number in range(5)]
+        run.expect("steps of the left motor up to each of the right one", [
+            sum(each <= other for each in clocks[0]) for other in clocks[1]], part)
+
+    return test, plant, check
+
+
+@bench
+def bowed_line(run: Run) -> str:
+    """A line of 13 steps of the left string and 5 of the right one, evenly."""
+    dut = BowedLine(pace=PACE, place_bits=5, length_bits=6)
+    test, plant, check = _drawing(run, dut)
     run.simulate(dut, test, plant)
-    run.expect("steps", [len(each) for each in clocks], [13, 5])
-    run.expect("clocks between steps of the left motor", {
-        b - a for a, b in pairwise(clocks[0])}, {pace})
-    # That is made where its share of the way passes half a step.
-    part = [int(13 * (number + 0.5) / 5) + 1 for number in range(5)]
-    run.expect("steps of the left motor up to each of the right one", [
-        sum(each <= other for each in clocks[0]) for other in clocks[1]], part)
+    check()
     return "13 steps of one motor, one each pace, and 5 of the other evenly among them"
 
 
-@bench
-def string_cycles(run: Run) -> str:
-    """A bowed line, and then a homing cycle that begins."""
-    dut = StringCycles(StringHoming(pace=3, most=12, most_off=4),
-                       BowedLine(pace=3, place_bits=4, length_bits=5))
-
-    async def start(ctx, bows):
-        ctx.set(dut.bows, bows)
-        ctx.set(dut.start, 1)
-        await ctx.tick()
-        ctx.set(dut.start, 0)
-        run.see(ctx, dut, active=1)
-
-    async def test(ctx):
-        ctx.set(dut.allowed, 1)
-        ctx.set(dut.length[1], 1)
-        ctx.set(dut.behind, 0b10)
-        await start(ctx, 1)
-        await run.until(ctx, dut, follow=0b10, within=12)
-        run.see(ctx, dut, drawing=1, stage=HomingStage.NONE.value, step=0)
-        ctx.set(dut.moved, 0b10)
-        await ctx.tick()
-        ctx.set(dut.moved, 0)
-        ctx.set(dut.behind, 0)
-        await run.until(ctx, dut, restart=1, within=4)
-        await run.until(ctx, dut, done=1, within=4)
-        await ctx.tick()
-        run.see(ctx, dut, active=0)
-        await start(ctx, 0)
-        await run.until(ctx, dut, step=0b11, within=8)
-        run.see(ctx, dut, drawing=0, follow=0, stage=HomingStage.FIRST.value, fault=0)
-
-    run.simulate(dut, test)
-    return "each does what it is started for"
-
-
-@bench
-def string_homing(run: Run) -> str:
-    """A cycle with a plant of two strings, and a switch that does not close."""
-    dut = StringHoming(pace=3, most=12, most_off=4)
+def _homing(run: Run, dut: StringHoming | StringCycles) -> tuple[Callable, Callable]:
+    """Return a test of cycles, and its plant."""
     length = [5, 7]  # from the switches, in steps
     rest = [9, 8]
     stages = []
@@ -260,8 +232,45 @@ def string_homing(run: Run) -> str:
         run.expect("steps", 50 - length[0], 12)
         run.see(ctx, dut, active=1, step=0, failure=0)
 
-    run.simulate(dut, test, motors)
+    return test, motors
+
+
+@bench
+def string_homing(run: Run) -> str:
+    """A cycle with a plant of two strings, and a switch that does not close."""
+    dut = StringHoming(pace=PACE, most=12, most_off=4)
+    run.simulate(dut, *_homing(run, dut))
     return "each string is 0 where its switch opens; what is wound in vain has an end"
+
+
+@bench
+def string_cycles(run: Run) -> str:
+    """A bowed line, and then homing cycles."""
+    dut = StringCycles(StringHoming(pace=PACE, most=12, most_off=4),
+                       BowedLine(pace=PACE, place_bits=5, length_bits=6))
+    draws, strings, check = _drawing(run, dut)
+    homes, motors = _homing(run, dut)
+    drawn = False
+
+    async def plant(ctx):
+        await strings(ctx, over=lambda: drawn)
+        ctx.set(dut.behind, 0)
+        await motors(ctx)
+
+    async def test(ctx):
+        nonlocal drawn
+        ctx.set(dut.bows, 1)
+        await draws(ctx)
+        drawn = True
+        ctx.set(dut.bows, 0)
+        ctx.set(dut.allowed, 0)
+        run.see(ctx, dut, stage=HomingStage.NONE.value, step=0, follow=0)
+        await ctx.tick()
+        await homes(ctx)
+
+    run.simulate(dut, test, plant)
+    check()
+    return "each does what it is started for"
 
 
 @bench
