@@ -61,7 +61,7 @@ async def _level(run: Run, dut: ContactFilter | GlitchFilter, ctx, i: int, clock
 @bench
 def contact_filter(run: Run) -> str:
     """A contact that bounces and closes, for a time that is then shorter."""
-    dut = ContactFilter(width=1, most=8)
+    dut = ContactFilter(width=1, most=15)
     level = partial(_level, run, dut)
 
     async def test(ctx):
