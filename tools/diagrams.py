@@ -310,8 +310,8 @@ DIAGRAMS = (
         "inputs: power outputs: pin", 0, 3000),
     Diagram(
         "servo-pulse",
-        "A pulse every 20 ms: the first has no length yet, then they follow the power.",
-        "inputs: power outputs: pin", 0, 79_900),
+        "A pulse every 4096 us: the first has no length yet, then they follow the power.",
+        "inputs: power outputs: pin beat", 0, 16_300),
     Diagram(
         "string-length",
         "A point moves away from the pulley, at first across and down at once: where the length is "
@@ -339,9 +339,9 @@ DIAGRAMS = (
         radix=("point_0=dec", "point_1=dec", "target_0=dec", "target_1=dec")),
     Diagram(
         "string-cycles",
-        "A bowed line of one step, and then a homing cycle.",
+        "A bowed line, and then a homing cycle, which begins.",
         "inputs: bows start moved behind outputs: active drawing follow restart done stage step", 0,
-        18),
+        80),
     Diagram(
         "string-homing",
         "The left string is wound, and the right one paid out, until the switch of the left one "
@@ -522,7 +522,7 @@ DIAGRAMS = (
         "has status 9.",
         "line: words_valid words_ready words_payload.kind words_payload.character passed: "
         "passed_valid passed_payload.kind passed_payload.status inputs: locked outputs: unlock",
-        0, 14, radix=("words_payload.character=hex",)),
+        0, 22, radix=("words_payload.character=hex",)),
     Diagram(
         "g-code-reporter",
         "`ok`, then `error:33`: the number comes out of the writer.",

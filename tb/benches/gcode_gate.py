@@ -4,6 +4,7 @@ import random
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import chain
 
 from fresa.protocol import SETTINGS, GCodeGate, GCodeKind, GCodeText
 from fresa.protocol.gcode_settings import GCodeSetting
@@ -17,7 +18,11 @@ KNOWN = [each for each in SETTINGS if each.number in (0, 20, 21, 22, 31, 100, 11
 """As many as an address can have, so that all of its bits matter."""
 
 FASTEST = 400_000
-LINES = 450
+LINES = 300
+
+AT_REST = Levels(locked=False, jogging=False, resting=True, stopped=False, door=False,
+                 too_long=False, accepted=True)
+FIRST = ("G1X2", AT_REST), ("G1X2", replace(AT_REST, locked=True))
 
 COMMANDS = ("$", "$$", "$#", "$G", "$I", "$N", "$X", "$H", "$HX", "$HY", "$HZ", "$C", "$SLP",
             "$RST=$", "$RST=#", "$RST=*")
@@ -75,7 +80,7 @@ def converse(run: Run, settings: Sequence[GCodeSetting], seed: int, lines: int) 
         each.number: (each.least, each.most, each.decimal, each.default) for each in known},
         FASTEST, set())
     store, done, ends = dict(model.values), [], Counter()
-    levels = some_levels(rng)
+    now = AT_REST
 
     async def passed(ctx):
         """Take what is passed; answer a line some clocks after its end."""
@@ -91,7 +96,7 @@ def converse(run: Run, settings: Sequence[GCodeSetting], seed: int, lines: int) 
                 letter = chr(item.character)
                 done.append(f"end {item.status.value}{' of a jog' * item.system}" if ended
                             else letter.lower() if item.system else letter)
-            accepted = levels.accepted
+            accepted = now.accepted
             await ctx.tick()
             if ended:
                 ctx.set(dut.passed.ready, 0)
@@ -186,10 +191,10 @@ def converse(run: Run, settings: Sequence[GCodeSetting], seed: int, lines: int) 
             clock += 1
         ctx.set(dut.words.valid, 0)
 
-    async def send(ctx, items: list[Item], now: Levels) -> list[str]:
+    async def send(ctx, items: list[Item], levels: Levels) -> list[str]:
         """Send a line; return what it should do."""
-        nonlocal levels
-        levels = now
+        nonlocal now
+        now = levels
         for name in ("locked", "jogging", "stopped", "door", "too_long"):
             ctx.set(getattr(dut, name), getattr(now, name))
         waits = rng.random() < 0.2
@@ -208,12 +213,12 @@ def converse(run: Run, settings: Sequence[GCodeSetting], seed: int, lines: int) 
 
     async def test(ctx):
         later = []
-        for _ in range(lines):
-            text = some_line(rng, settings)
+        for text, levels in chain(FIRST, ((some_line(rng, settings), some_levels(rng))
+                                          for _ in range(lines - len(FIRST)))):
             items = read_lines(text + "\n")
             if rng.random() < 0.03 and not items[-1].status:
                 items[-1].status = 11  # bytes are lost
-            expected = later + await send(ctx, items, some_levels(rng))
+            expected = later + await send(ctx, items, levels)
             at = 1 + max(place for place, each in enumerate(expected) if each.startswith("end"))
             run.expect(f"of {text!r}", list(done), expected[:at])
             run.see(ctx, dut, checking="checking" in model.modes, fault=0)
