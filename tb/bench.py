@@ -14,7 +14,7 @@ from .design import Design
 from .engines import AmaranthEngine, Engine
 from .waves import BITS, PERIOD, Layout, save_file, staged
 
-__all__ = ["Bench", "CheckFailed", "Run", "beside", "bench", "port", "put"]
+__all__ = ["Bench", "CheckFailed", "Run", "bench", "port", "put", "scoreboard"]
 
 
 class CheckFailed(Exception):
@@ -222,9 +222,9 @@ async def put(ctx, stream, payload) -> None:
     ctx.set(stream.valid, 0)
 
 
-async def beside(run: Run, ctx, dut, model: Callable[..., Mapping[str, int | None]],
+async def scoreboard(run: Run, ctx, dut, model: Callable[..., Mapping[str, int | None]],
                  columns: Mapping[str, Sequence[int]]) -> None:
-    """Run a component beside its model, and check every output of every clock.
+    """Compare every output of a component with its model in every clock.
 
     Parameters
     ----------

@@ -155,7 +155,7 @@ class Recorded:
     unmutated : str
         Why there are no mutants of the machine as a whole, if there are none.
     mutated : sequence of str
-        Components that it does not have alone, whose mutants are yet recorded with its own.
+        General components whose mutants are recorded with those of its own.
     mutants_least : float
         Percent of mutants that are to be killed, of those that are not equivalent.
     quick_mutants : str

@@ -310,8 +310,8 @@ DIAGRAMS = (
         "inputs: power outputs: pin", 0, 3000),
     Diagram(
         "servo-pulse",
-        "A pulse every 4096 us: the first has no length yet, then they follow the power.",
-        "inputs: power outputs: pin beat", 0, 16_300),
+        "With a period of 5 ms: the first pulse has no length yet, then they follow the power.",
+        "inputs: power outputs: pin beat", 0, 19_900),
     Diagram(
         "string-length",
         "A point moves away from the pulley, at first across and down at once: where the length is "
@@ -521,7 +521,7 @@ DIAGRAMS = (
         "A line of two words is passed; then the machine is locked, and the end of the same line "
         "has status 9.",
         "line: words_valid words_ready words_payload.kind words_payload.character passed: "
-        "passed_valid passed_payload.kind passed_payload.status inputs: locked outputs: unlock",
+        "passed_valid passed_payload.kind passed_payload.status inputs: locked",
         0, 22, radix=("words_payload.character=hex",)),
     Diagram(
         "g-code-reporter",

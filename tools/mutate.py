@@ -13,6 +13,7 @@ from pathlib import Path
 
 from tb.contracts import GENERAL
 from tb.contracts.proof import missing, versions
+from tb.machine import Recorded
 from tb.machines import machines
 from tb.mutation import (
     Measure,
@@ -298,12 +299,12 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--machine", metavar="NAME",
                         help="the components that this machine alone has, and others that it names")
     parser.add_argument("--general", action="store_true",
-                        help="the components that are of no machine")
+                        help="the components that no machine has alone, or names")
     parser.add_argument("--mutants", metavar="N", type=whole(1), default=5000,
                         help="how many in all; large components get more (default: %(default)s)")
     parser.add_argument("--seed", metavar="N", type=whole(0), default=1,
                         help="of the choice, and of all chance (default: %(default)s)")
-    parser.add_argument("--least", metavar="PERCENT", type=_percent, default=99.0,
+    parser.add_argument("--least", metavar="PERCENT", type=_percent, default=Recorded.mutants_least,
                         help="killed of those that are not equivalent (default: 99)")
     parser.add_argument("--state", metavar="FILE", type=Path, default=STATE,
                         help="keep what is known there (default: build/mutate/state.json of the "

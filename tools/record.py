@@ -218,9 +218,9 @@ def _decisive(what: str) -> list[str]:
 def _mutants(machine: Machine) -> Part:
     """Return the part about mutants of the components that a machine alone has, or names."""
     quick, least = machine.recorded.quick_mutants, machine.recorded.mutants_least
-    asked = "" if least == Recorded.mutants_least else f"--least {least:g} "
+    option = "" if least == Recorded.mutants_least else f"--least {least:g} "
     return Part(f"mutants-{machine.name}",
-                f"tools.mutate --machine {machine.name} --mutants {OWN_MUTANTS} {asked}"
+                f"tools.mutate --machine {machine.name} --mutants {OWN_MUTANTS} {option}"
                 f"{_STATE} {_JSON}",
                 _of(pool_of(machine.name)),
                 f"tools.mutate {quick} --mutants 30 {_STATE} {_JSON}" if quick else "",

@@ -129,7 +129,7 @@ def some_spindle(rng: random.Random) -> dict[str, int]:
 
 @bench
 def spindle_power(run: Run) -> str:
-    """A spindle at a quarter, then a laser at half the speed of its path, and off; others."""
+    """A spindle at a quarter, then a laser at half the speed of its path, and off; 100 others."""
     dut, rng = SpindlePower(), random.Random(1)
 
     async def test(ctx):
@@ -182,11 +182,11 @@ def power_pwm(run: Run) -> str:
 
 @bench
 def servo_pulse(run: Run) -> str:
-    """A pulse of 700 us, then one of 900; and of others."""
-    period = 4096
+    """A pulse of 700 us, then one of 900, and seven of random length."""
+    period = 5000
     dut, rng = ServoPulse(clock=1_000_000, period=period), random.Random(1)
-    others = [(rng.randrange(1 << 16), rng.randrange(1, 4001), rng.randrange(1, 4001))
-              for _ in range(7)]
+    others = [(rng.choice([rng.randrange(1 << 16), 1 << 16]), rng.randrange(1, 4001),
+               rng.randrange(1, 4001)) for _ in range(7)]
 
     async def test(ctx):
         await ctx.tick()
@@ -199,5 +199,5 @@ def servo_pulse(run: Run) -> str:
                 run.see(ctx, dut, pin=clock < length, beat=clock % 1024 == 0)
                 await ctx.tick()
 
-    run.simulate(dut, test, deadline=90_000)
+    run.simulate(dut, test, deadline=100_000)
     return "a pulse was 700 us long without power, and 900 us at half of it; seven others are right"

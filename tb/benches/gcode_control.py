@@ -5,7 +5,7 @@ import random
 from fresa.motion import AlarmCode, GCodeControl
 from fresa.protocol import GCodeState, RealtimeCode
 
-from ..bench import Run, bench, beside
+from ..bench import Run, bench, scoreboard
 from ..models.gcode_control import ControlModel, control_inputs
 
 CLOCKS = 4000
@@ -66,7 +66,7 @@ def g_code_control(run: Run) -> str:
         run.see(ctx, dut, state=GCodeState.IDLE.value, hold=0)
         await ctx.tick().repeat(4)
 
-        await beside(run, ctx, dut, ControlModel(), control_inputs(random.Random(1), CLOCKS))
+        await scoreboard(run, ctx, dut, ControlModel(), control_inputs(random.Random(1), CLOCKS))
 
     run.simulate(dut, test)
     return ("held in the next clock, resumed once it stood; stopped by a limit in the next clock, "

@@ -4,7 +4,6 @@ import random
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
-from itertools import chain
 
 from fresa.protocol import SETTINGS, GCodeGate, GCodeKind, GCodeText
 from fresa.protocol.gcode_settings import GCodeSetting
@@ -15,14 +14,33 @@ from ..models.gcode_line import Item, read_lines
 
 WIDTH = 44
 KNOWN = [each for each in SETTINGS if each.number in (0, 20, 21, 22, 31, 100, 110)]
-"""As many as an address can have, so that all of its bits matter."""
+"""An address, which may also be behind the last, has three bits, of which all matter then."""
 
 FASTEST = 400_000
 LINES = 300
 
 AT_REST = Levels(locked=False, jogging=False, resting=True, stopped=False, door=False,
                  too_long=False, accepted=True)
-FIRST = ("G1X2", AT_REST), ("G1X2", replace(AT_REST, locked=True))
+LOCKED = replace(AT_REST, locked=True)
+MOVING = replace(AT_REST, resting=False)
+AT_THE_DOOR = replace(LOCKED, door=True)
+FIRST = (
+    ("G1X2", AT_REST), ("G1X2", LOCKED), *((text, LOCKED) for text in (
+        "", "G", "1", "$C", "$X", "$J=X1", "$N0=G1", "$I=a", "$100=2.5")),
+    *((text, AT_THE_DOOR) for text in ("$X", "$H")), ("$X", replace(AT_REST, door=True)),
+    *((text, AT_REST) for text in (
+        "$H", "$20=1", "$110=300", "$22=1", "$20=1", "$H", "$HX", "$HY", "$HZ", "$22=0", "$22=1",
+        "$110=900", "$100=0", "$100=-1", "$100=200000", "$21=0.5", "$$", "$SLP", "$J=1", "$Z",
+        "$100=.-60", "$N1=M5", "$I=x")),
+    ("$H", replace(AT_REST, door=True)),
+    *((text, replace(AT_REST, stopped=True)) for text in ("$X", "$H", "$SLP", "$100=7")),
+    *((text, replace(MOVING, jogging=True)) for text in ("$$", "$#", "$J=Y1", "G1", "$G", "")),
+    *((text, MOVING) for text in ("$J=X1", "$100=1", "$", "$G", "$X1")),
+    ("$N0=G1X2Y3", replace(AT_REST, too_long=True)), ("$C", AT_REST),
+    *((text, MOVING) for text in ("G1", "$$", "$H", "$C")),
+    *((f"$RST={which}", AT_REST) for which in "$#*"), ("$#", AT_REST), ("$I", AT_REST),
+    ("$N", AT_REST))
+"""Lines of each kind, in the states in which they are done or refused."""
 
 COMMANDS = ("$", "$$", "$#", "$G", "$I", "$N", "$X", "$H", "$HX", "$HY", "$HZ", "$C", "$SLP",
             "$RST=$", "$RST=#", "$RST=*")
@@ -64,22 +82,34 @@ def some_levels(rng: random.Random) -> Levels:
 @bench
 def g_code_gate(run: Run) -> str:
     """Lines that are passed, refused, and carried out, each as its model has it."""
-    ends = converse(run, KNOWN, 1, LINES)
-    return (f"as in its model in {LINES} lines, of which {ends['end 0'] + ends['end 0 of a jog']} "
-            f"are accepted; {len(ends)} kinds of ends")
+    done = compare_lines(run, KNOWN, 1, LINES)
+    return (f"as in its model in {LINES} lines, of which {done['end 0'] + done['end 0 of a jog']} "
+            f"are accepted")
 
 
-def converse(run: Run, settings: Sequence[GCodeSetting], seed: int, lines: int) -> Counter:
-    """Send a gate so many lines, and be all around it; count their ends."""
+def compare_lines(run: Run, settings: Sequence[GCodeSetting], seed: int, lines: int) -> Counter:
+    """Send a gate so many lines, and compare what it does with its model; count all of that.
+
+    Parameters
+    ----------
+    run : Run
+        The run.
+    settings : sequence of GCodeSetting
+        Those of the gate and of its store. What the store says of those with decimals is random.
+    seed : int
+        Of all that is random.
+    lines : int
+        Number of lines: those of `FIRST`, and random ones.
+    """
     dut, rng = GCodeGate(width=WIDTH, settings=settings), random.Random(seed)
-    # Of what the store says of a setting every bit counts, whatever those that there are have.
+    # Every bit of limits and of initial values counts, whatever the real ones are.
     known = [each._replace(least=rng.randint(0, 1), most=rng.randint(1 << 20, (1 << 27) - 1),
-                           default=rng.getrandbits(27)) if each.decimal else each
-             for each in settings]
+                           default=rng.randrange(FASTEST if each.number == 110 else 1 << 27))
+             if each.decimal else each for each in settings]
     model = GateModel({each.number: each.default for each in known}, {
         each.number: (each.least, each.most, each.decimal, each.default) for each in known},
-        FASTEST, set())
-    store, done, ends = dict(model.values), [], Counter()
+        FASTEST)
+    store, done, counts = dict(model.values), [], Counter()
     now = AT_REST
 
     async def passed(ctx):
@@ -104,15 +134,14 @@ def converse(run: Run, settings: Sequence[GCodeSetting], seed: int, lines: int) 
                 ctx.set(dut.accepted, accepted)
                 ctx.set(dut.answered, 1)
                 slot = ctx.get(dut.slot)
-                for what, says in (("keep", f"keep {slot}"), ("restart", "restart"),
-                                   ("sleep", "sleep"), ("restoring_texts", "texts")):
-                    if ctx.get(getattr(dut, what)):
-                        done.append(says)
+                done.extend(text for name, text in (
+                    ("keep", f"keep {slot}"), ("restart", "restart"), ("sleep", "sleep"),
+                    ("restoring_texts", "texts")) if ctx.get(getattr(dut, name)))
                 await ctx.tick()
                 ctx.set(dut.answered, 0)
 
     async def store_around(ctx):
-        """Be the store, and what takes its settings."""
+        """Store settings, and take them all after a change."""
         computes = at_before = 0
         while True:
             at = min(ctx.get(dut.write_address), len(known) - 1)
@@ -177,12 +206,12 @@ def converse(run: Run, settings: Sequence[GCodeSetting], seed: int, lines: int) 
         return {"kind": GCodeKind[item.kind], "status": item.status, "system": item.system,
                 "character": ord(item.character or "\0"), "number": number}
 
-    async def end_of(ctx, end: Item, now: Levels, *, rests: bool):
-        """Offer the end of a line; say late whether the machine rests, and let it come to rest."""
+    async def offer_end(ctx, end: Item, levels: Levels, *, rests: bool):
+        """Offer the end of a line; while `settling`, at times, `resting` is not as it will be."""
         ctx.set(dut.words.payload, item_of(end))
         ctx.set(dut.words.valid, 1)
         settles = rng.randint(2, 30) if rng.random() < 0.2 else 0
-        moves = settles + rng.randint(15, 40) if rests and not now.resting else 0
+        moves = settles + rng.randint(15, 40) if rests and not levels.resting else 0
         clock, taken = 0, False
         while not taken:
             ctx.set(dut.settling, clock < settles)
@@ -191,14 +220,13 @@ def converse(run: Run, settings: Sequence[GCodeSetting], seed: int, lines: int) 
             clock += 1
         ctx.set(dut.words.valid, 0)
 
-    async def send(ctx, items: list[Item], levels: Levels) -> list[str]:
+    async def send(ctx, items: list[Item], levels: Levels, *, waits: bool) -> list[str]:
         """Send a line; return what it should do."""
         nonlocal now
         now = levels
         for name in ("locked", "jogging", "stopped", "door", "too_long"):
             ctx.set(getattr(dut, name), getattr(now, name))
-        waits = rng.random() < 0.2
-        rests = now.resting or (waits and not now.locked and "checking" not in model.modes)
+        rests = now.resting or (waits and not now.locked and not model.checking)
         ctx.set(dut.waiting, waits)
         *inside, end = items
         for each in inside:
@@ -208,25 +236,27 @@ def converse(run: Run, settings: Sequence[GCodeSetting], seed: int, lines: int) 
         if inside:
             slot = model.slot(items)
             run.see(ctx, dut, writing=slot > 0, **({"slot": slot} if slot else {}))
-        await end_of(ctx, end, now, rests=rests)
+        await offer_end(ctx, end, levels, rests=rests)
         return model.line(items, replace(now, resting=rests))
 
     async def test(ctx):
         later = []
-        for text, levels in chain(FIRST, ((some_line(rng, settings), some_levels(rng))
-                                          for _ in range(lines - len(FIRST)))):
+        for number in range(lines):
+            text, levels = FIRST[number] if number < len(FIRST) else (
+                some_line(rng, settings), some_levels(rng))
             items = read_lines(text + "\n")
-            if rng.random() < 0.03 and not items[-1].status:
+            if number >= len(FIRST) and rng.random() < 0.03 and not items[-1].status:
                 items[-1].status = 11  # bytes are lost
-            expected = later + await send(ctx, items, levels)
+            expected = later + await send(
+                ctx, items, levels, waits=number >= len(FIRST) and rng.random() < 0.2)
             at = 1 + max(place for place, each in enumerate(expected) if each.startswith("end"))
             run.expect(f"of {text!r}", list(done), expected[:at])
-            run.see(ctx, dut, checking="checking" in model.modes, fault=0)
+            run.see(ctx, dut, checking=model.checking, fault=0)
             later = expected[at:]
-            ends[expected[at - 1]] += 1
+            counts.update(expected)
             done.clear()
         await ctx.tick().repeat(12)
         run.expect("behind the last line", done, later)
 
     run.simulate(dut, test, passed, store_around, cycles, listed, deadline=200 * lines)
-    return ends
+    return counts

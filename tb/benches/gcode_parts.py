@@ -25,7 +25,10 @@ from fresa.protocol.gcode_modes import LETTERS, AxisUse, GCodeLineState, NonModa
 from ..bench import Run, bench, put
 from ..models.gcode_coordinates import summed
 from ..models.gcode_language import (
+    G_CODES,
+    M_CODES,
     MAX_LINE_NUMBER,
+    OF_JOG,
     Interpreter,
     Modes,
     RefusedLine,
@@ -42,9 +45,6 @@ def letters(text: str) -> int:
     return sum(1 << LETTERS.index(letter) for letter in text)
 
 
-G_CODES = (4, 10, 28, 30, 53, 92, 0, 1, 2, 3, 38, 80, 17, 18, 19, 90, 91, 93, 94, 20, 21, 40, 43,
-           49, *range(54, 60), 61)
-M_CODES = 0, 1, 2, 30, 3, 4, 5, 7, 8, 9
 FRACTIONS = ".1", ".10", ".2", ".3", ".4", ".5", ".6", ".01", ".105"
 
 
@@ -63,10 +63,10 @@ def some_number(rng: random.Random, letter: str) -> str:
     return rng.choice([
         "0", "1", "2", "-1", "-0.5", "20", "254", "255", "255.5", "256", "-256", "10000000",
         "10000001", "17179.869183", "17179.869184", "34359.738367", "34359.738368", "-34359.738368",
-        "-34359.738369", "99999999999", f"{rng.uniform(-300, 300):.3f}"])
+        "-34359.738369", "99999999999", "-99999999999", f"{rng.uniform(-300, 300):.3f}"])
 
 
-def said_by(words: Sequence[Word], given: Mapping[str, int], reach: int
+def expected_line(words: Sequence[Word], given: Mapping[str, int], reach: int
             ) -> tuple[int, dict[str, int | dict[str, int]]]:
     """Return what the model reads in words, with modes given before: an error, or all of a line."""
     model = Interpreter()
@@ -90,7 +90,7 @@ def said_by(words: Sequence[Word], given: Mapping[str, int], reach: int
         "non_modal": NON_MODAL.get(line.non_modal or (0, 0), 0),
         "second": line.non_modal in {(30, 0), (30, 10)},
         "cancels": line.tool_length == "cancel", "flow": {-1: 1, 30: 2}.get(line.flow, 0),
-        "not_of_jog": bool(line.groups - {"non-modal", "distance", "units"}),
+        "not_of_jog": bool(line.groups - OF_JOG),
         "zero_feed": values.get("F") == 0,
         "number_too_large": values.get("N", 0) // 10**6 > MAX_LINE_NUMBER,
         "too_long": any(not -(1 << reach - 1) <= value < 1 << reach - 1
@@ -130,7 +130,7 @@ def g_code_line(run: Run) -> str:
         return await see(ctx, error)
 
     async def see(ctx, wanted=None, **changed):
-        error, state = said_by(words, given, dut.reach)
+        error, state = expected_line(words, given, dut.reach)
         run.see(ctx, dut, error=error if wanted is None else wanted)
         if not error:
             run.see(ctx, dut, line=GCodeLineState.const({**state, **changed}).as_bits())

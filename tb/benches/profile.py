@@ -59,7 +59,7 @@ def any_blocks(rng: random.Random) -> list[tuple[Block, int]]:
     return blocks
 
 
-async def as_model(run: Run, ctx, dut: SpeedProfile, clocks: int,
+async def compare_profile(run: Run, ctx, dut: SpeedProfile, clocks: int,
                    blocks: Sequence[tuple[Block, int]], exits: Sequence[int], *,
                    holds: Sequence[int] = (), percents: Sequence[int] = (100,)) -> None:
     """Compare a profile, which has been reset, with its model in so many clocks.
@@ -121,7 +121,7 @@ async def as_model(run: Run, ctx, dut: SpeedProfile, clocks: int,
 
 @bench
 def speed_profile(run: Run) -> str:
-    """Two blocks without a stop between, and a hold in the second; then what there may be."""
+    """Two blocks without a stop between, and a hold in the second; then random blocks."""
     dut = SpeedProfile(**SMALL)
     ticks, fast = [64, 128], 20
 
@@ -178,8 +178,8 @@ def speed_profile(run: Run) -> str:
             ctx.set(run.rst, 1)
             await ctx.tick()
             ctx.set(run.rst, 0)
-            await as_model(
-                run, ctx, dut, CLOCKS, any_blocks(rng), [exit for exit in exits for _ in range(50)],
+            await compare_profile(
+                run, ctx, dut, CLOCKS, any_blocks(rng), [each for each in exits for _ in range(50)],
                 holds=sorted(rng.sample(range(CLOCKS), rng.choice([0, 2, 4]))),
                 percents=rng.choice([[100], [100, 4, 60, 1, 30]]))
 

@@ -2,7 +2,7 @@
 
 import random
 from dataclasses import replace
-from math import asin, ceil, cos, floor, isqrt, log2, pi, sin
+from math import cos, isqrt, pi, sin
 
 from fresa.drive import PendingSteps
 from fresa.motion import CoreXY, PathWalk, Rotator, StepAccumulator, StepRatio, StringLength
@@ -12,60 +12,12 @@ from ..bench import Run, bench
 from ..models.walk import PathWalkModel, Walked, steps_in
 
 
-class Planner:
+class Segments:
     """Makes segments, each from where the one before ended."""
 
     def __init__(self, seed: int, *, fine: int, coarse: int) -> None:
         self.rng, self.fine, self.coarse = random.Random(seed), fine, coarse
         self.place = [128, 128, 128]  # of each axis: position + 1/2 step, in 1/256 step
-
-    def line(self, increments: list[int] | None = None, log2_ticks: int | None = None) -> Walked:
-        """Make a line on the three axes."""
-        if log2_ticks is None:
-            log2_ticks = self.rng.choice([0, 1, 3, 6, 8, 10])
-        most = (1 << 8 + log2_ticks) - 1
-        if increments is None:
-            increments = [self.rng.choice([0, most, -most, self.rng.randint(-most, most)])
-                          for _ in range(3)]
-        start = [place & 255 for place in self.place]
-        self.place = [place + by for place, by in zip(self.place, increments, strict=True)]
-        return Walked(increment=increments, start=start, log2_ticks=log2_ticks,
-                      end=[(place >> 8) % 4 for place in self.place])
-
-    def arc(self, radius: float, angle: float, *, begin: float | None = None, crowd: int = 0
-            ) -> Walked:
-        """Make an arc; its radius is in m, its angle in radians, positive if counter-clockwise.
-
-        It has a half turn a tick at most, or two with `crowd`.
-        """
-        rng, fine, coarse = self.rng, self.fine, self.coarse
-        begin = rng.uniform(0, 2 * pi) if begin is None else begin
-        unit = max(1, ceil(log2(radius * fine)))
-        axes = rng.sample(range(3), 3)
-        u, v, w = axes
-        turns = round(abs(angle) / asin(2.0 ** -(unit + 4)))
-        log2_ticks = max(1, turns - 1).bit_length() - crowd
-        start = [self.place[axis] & 255 for axis in axes]
-        rise = rng.randrange(-256 << min(6, log2_ticks), 256 << min(6, log2_ticks))
-        residual = start[1] * fine >> 6
-        self.place[u] += floor(256 * radius * fine * (cos(begin + angle) - cos(begin)))
-        self.place[v] += floor(256 * radius * coarse * (sin(begin + angle) - sin(begin)))
-        self.place[w] += rise
-        scale = fine / 2**unit * 2**34 * radius
-        return Walked(
-            increment=(0, 0, rise), start=start, log2_ticks=log2_ticks, arc=1,
-            end=[(place >> 8) % 4 for place in self.place],
-            channel=[axes.index(axis) for axis in range(3)], clockwise=int(angle < 0),
-            turns=turns, shift=unit + 3,
-            x=round(scale * cos(begin)), y=round(scale * sin(begin)), residual=residual)
-
-    def any(self, crowd: int = 0) -> Walked:
-        """Make a line, or an arc of some hundred half turns."""
-        if self.rng.random() < 0.5:
-            return self.line()
-        radius = self.rng.choice([0.7, 2, 3, 9]) / self.fine
-        return self.arc(radius, self.rng.choice([-1, 1]) * self.rng.uniform(0.01, 2 * pi),
-                        crowd=crowd)
 
     def part(self, ticks: int) -> Walked:
         """Make so many ticks of a segment with any numbers that it may have, however long."""
@@ -289,7 +241,7 @@ def path_walk(run: Run) -> str:
                 (4321, 1, 90), (29, 23, 500))):
             ctx.set(dut.fine, fine)
             ctx.set(dut.coarse, coarse)
-            planner = Planner(seed, fine=fine, coarse=coarse)
+            planner = Segments(seed, fine=fine, coarse=coarse)
             planner.place = [(count << 8) + 128 for count in model.counts]
             await compare(ctx, planner, [
                 (ticks, planner.part(ticks)) for _ in range(8)
@@ -298,7 +250,7 @@ def path_walk(run: Run) -> str:
         run.see(ctx, dut, step=0, fault=1)
 
     async def compare(ctx, planner, parts):
-        """Walk parts of segments beside the model."""
+        """Walk parts of segments, as the model does."""
         left, wait = [ticks for ticks, _ in parts], 0
         queue = [segment for _, segment in parts]
         ctx.set(dut.segments.payload, vars(queue[0]))

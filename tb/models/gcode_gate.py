@@ -1,10 +1,15 @@
-"""What becomes of a line before the interpreter: from GRBL's description of its `$` lines."""
+"""Lines of a G-code machine before its interpreter: `$` lines as GRBL has them, and what it adds.
+
+What this machine adds are error 12, of settings with which drivers could not make the highest
+speed, and single axes that are homed while others are not.
+"""
 
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from decimal import ROUND_HALF_UP, Decimal
 
+from .gcode_coordinates import POSITION, SYSTEM
 from .gcode_line import Item
 
 __all__ = ["GateModel", "Levels"]
@@ -13,18 +18,24 @@ LISTS = {"$": "HELP", "$G": "MODES", "$#": "COORDINATES", "$I": "BUILD", "$N": "
 HOMED = {"$H": 3, "$HX": 0, "$HY": 1, "$HZ": 2}
 TEXTS = {"$N0=": 1, "$N1=": 2, "$I=": 3}
 RESTORES = "$RST=$", "$RST=#", "$RST=*"
-COORDINATES = range(16, 44)
+COORDINATES = range(SYSTEM, POSITION)
 """Words that are erased: origins, the offset of G92, the length of the tool, G28 and G30."""
+ALWAYS, LETTERS = "$GCXJ", "$GCXJ#HSIRN"
+"""Second characters of lines that GRBL looks at in any state, and of all that are no setting."""
 
 
 @dataclass(frozen=True)
 class Levels:
-    """What the machine is while a line is judged, and what is found of it later.
+    """The state of the machine while a line is judged, and what comes of it.
 
     Attributes
     ----------
+    locked, jogging, resting, stopped, door : bool
+        Inputs of the gate by these names.
+    too_long : bool
+        The line brings a text that has too many characters.
     accepted : bool
-        It is answered without an error.
+        The line is answered without an error.
     """
 
     locked: bool
@@ -36,9 +47,9 @@ class Levels:
     accepted: bool
 
 
-@dataclass(frozen=True)
+@dataclass
 class GateModel:
-    """Says what is done, line by line.
+    """The actions of lines, one line after the other.
 
     Attributes
     ----------
@@ -48,14 +59,14 @@ class GateModel:
         Least and highest value, decimals or not, and the value at power-up.
     fastest : int
         Highest value of $110 that the drivers can make.
-    modes : set of str
-        Holds ``checking`` in check mode.
+    checking : bool
+        Check mode.
     """
 
     values: dict[int, int]
     known: Mapping[int, tuple[int, int, bool, int]]
     fastest: int
-    modes: set[str]
+    checking: bool = False
 
     def line(self, items: Sequence[Item], levels: Levels) -> list[str]:
         """Return what is done with a line, in order, and behind its answer."""
@@ -95,8 +106,8 @@ class GateModel:
             return (13, [], []) if levels.locked and levels.door else (0, ["unlock"], [])
         if command in ("$", "$G"):
             return 0, [f"list {LISTS[command]}"], []
-        if command == "$C" and "checking" in self.modes:
-            self.modes.clear()
+        if command == "$C" and self.checking:
+            self.checking = False
             return 0, [], ["restart"]
         if command == "$J=":
             return 8 * (not levels.jogging and (not rests or levels.locked)), [], []
@@ -104,16 +115,16 @@ class GateModel:
             return (8 if not rests or (levels.locked and slot < 3) else
                     14 if levels.too_long else 0), [], []
         whole = sets or command in {"$X", "$$", "$C", "$SLP", *LISTS, *HOMED, *RESTORES}
-        if not whole and (rests or command[1] in "$GCXJ"):
+        if not whole and (rests or command[1] in ALWAYS):
             return self._no_command(command), [], []
-        busy = not rests and not (command == "$$" and (levels.jogging or "checking" in self.modes))
+        busy = not rests and not (command == "$$" and (levels.jogging or self.checking))
         if busy or (levels.stopped and command in {"$X", "$SLP", *HOMED}) or (
                 levels.locked and command == "$C"):
             return 8, [], []
         if sets:
             return *self._set(int(sets[1]), Decimal(sets[2])), []
         if command == "$C":
-            self.modes.add("checking")
+            self.checking = True
             return 0, [], []
         if command == "$SLP":
             return 0, [], ["sleep"]
@@ -130,7 +141,7 @@ class GateModel:
 
     def _no_command(self, command: str) -> int:
         """Say whether a number is not where one has to be, or it is something else."""
-        if command[1] in "$GCXJ#HSIRN":
+        if command[1] in LETTERS:
             return 3
         value = re.match(r"\$\d+=(.?)", command)
         missing = not re.match(r"[-+.\d]", value[1] if value else command[1])

@@ -11,9 +11,10 @@ from math import isqrt
 from .gcode_line import Item, read_lines
 from .thesis import in_grbl
 
-__all__ = ["Action", "Arc", "Coolant", "Dwell", "End", "Interpreter", "Jog", "Line", "Modes",
-           "Offsets", "Pause", "Probe", "RefusedLine", "Spindle", "Vector", "Word",
-           "centre_by_radius", "check_radii", "read_jog", "read_words", "words"]
+__all__ = ["G_CODES", "MAX_LINE_NUMBER", "M_CODES", "OF_JOG", "VALUES", "Action", "Arc", "Coolant",
+           "Dwell", "End", "Interpreter", "Jog", "Line", "Modes", "Offsets", "Pause", "Probe",
+           "RefusedLine", "Spindle", "Vector", "Word", "centre_by_radius", "check_radii",
+           "nanometres", "per_second", "read_jog", "read_words", "words"]
 
 Vector = tuple[int, int, int]
 """X, Y and Z, in nm."""
@@ -194,7 +195,10 @@ _M_GROUPS = {0: "flow", 1: "flow", 2: "flow", 30: "flow", 3: "spindle", 4: "spin
              5: "spindle", 7: "coolant", 8: "coolant", 9: "coolant"}
 VALUES = "FIJKLNPRSTXYZ"
 """Letters whose values are stored, in the order of their addresses."""
-_OF_JOG = {"non-modal", "distance", "units"}
+OF_JOG = {"non-modal", "distance", "units"}
+"""Groups of which a jog may have a word."""
+G_CODES = sorted({code for code, _ in _NON_MODAL} | {*_GROUPS})
+M_CODES = sorted(_M_GROUPS)
 
 
 @dataclass
@@ -309,7 +313,7 @@ class Interpreter:
         used = {(4, 0): "NFP", (10, 0): "NFPL"}.get(line.non_modal or (0, 0), "NF")
         if any(letter not in used for letter in values if not (line.axes and letter in AXES)):
             raise RefusedLine(36)
-        if line.groups - _OF_JOG or line.non_modal not in (None, (53, 0)):
+        if line.groups - OF_JOG or line.non_modal not in (None, (53, 0)):
             raise RefusedLine(16)
         if moves and not inside(target):
             raise RefusedLine(15)
@@ -323,7 +327,12 @@ class Interpreter:
     # Words, as they come
 
     def read(self, words: Iterable[Word]) -> _Line:
-        """Return what words say, of a line that may not be right as a whole.
+        """Return the modes and values of a line that may not be right as a whole.
+
+        Parameters
+        ----------
+        words : iterable of Word
+            Its words, or the first of them.
 
         Raises
         ------
@@ -347,7 +356,8 @@ class Interpreter:
                     raise RefusedLine(38)
                 if word.letter in "FNPTS" and word.value < 0 and not word.overflow:
                     raise RefusedLine(4)
-                line.values[word.letter] = word.value
+                # Of one that overflows the sign does not count.
+                line.values[word.letter] = abs(word.value) if word.overflow else word.value
             else:
                 raise RefusedLine(20)
         return line

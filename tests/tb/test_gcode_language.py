@@ -235,6 +235,8 @@ class TestOthers:
             with pytest.raises(RefusedLine) as refused:
                 Interpreter().line([Word(letter, 1 << 44, overflow=True)])
             assert refused.value.args == (code,)
+        with pytest.raises(RefusedLine, match="^27$"):
+            Interpreter().line([Word("N", -1 << 44, overflow=True)])
 
     @given(st.lists(st.tuples(st.sampled_from("GMFIJKLNPRSTXYZQ"), st.integers(-2, 100),
                               st.sampled_from([0, 100_000, 500_000])), max_size=6))

@@ -255,7 +255,8 @@ def test_mutants_are_of_every_component():
 
 
 def test_what_a_machine_asks_of_its_mutants():
-    assert " --least 9" in parts()["mutants-gcode"].command
+    assert " --least 95 " in parts()["mutants-gcode"].command
+    assert " --least 90 " in parts()["mutants-vplotter"].command
     assert "--least" not in parts()["mutants-mill"].command
 
 

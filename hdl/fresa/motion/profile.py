@@ -207,7 +207,7 @@ class SpeedProfile(wiring.Component):
         clears_square, clears_begin, stops, spends = Signal(), Signal(), Signal(), Signal()
         over = Signal()  # last tick of the granule, or there is none
         ready = Signal()  # the granule may start
-        begins, follows = Signal(), Signal()  # from rest; behind another
+        begins, follows = Signal(), Signal()  # none runs; behind another
         starts = Signal()  # either
         held, may = Signal(), Signal()  # a clock old, for the sake of Fmax
         takes = Signal()

@@ -147,10 +147,10 @@ PARTS = (
     "root", "profile", "plan", "nominal_speed", "step_accumulator", "step_ratio", "rotator", "walk",
     "block_loader", "overrides", "accessory_restart", "step_dir_pair", "pending", "squaring",
     "backlash_compensator", "core_xy", "gcode_homing", "gcode_probing", "gcode_control", "realtime",
-    "line_buffer", "decimal_writer", "fixed_point", "gcode_reader", "gcode_gate", "gcode_line",
+    "line_buffer", "contact_filter", "fixed_point", "gcode_reader", "gcode_gate", "gcode_line",
     "gcode_lister", "gcode_reporter", "gcode_settings", "spindle_power", "power_pwm", "servo_pulse",
     "stored_lines", "stored_program", "thesis", "gcode_coordinates", "unit_converter")
-"""Of its components those that were made for it, and have a bench: their mutants are recorded."""
+"""Those of its components that have a bench and that neither mill, single nor positioner has."""
 
 DIAGRAMS = (
     Diagram(

@@ -10,16 +10,16 @@ import pytest
 from benchmarks.step_times import Path1D, deviations, plan, program
 from fresa.motion import SpeedProfile
 from tb.bench import Run
-from tb.benches.profile import FRACTION, SMALL, SPEED, any_blocks, as_model
+from tb.benches.profile import FRACTION, SMALL, SPEED, any_blocks, compare_profile
 from tb.models.profile import Block, ProfileModel
 
 
 def compare(clocks, blocks, exits, **others) -> None:
-    """Run the profile for so many clocks beside its model."""
+    """Compare the profile with its model in so many clocks."""
     run, dut = Run(), SpeedProfile(**SMALL)
 
     async def test(ctx):
-        await as_model(run, ctx, dut, clocks, blocks, exits, **others)
+        await compare_profile(run, ctx, dut, clocks, blocks, exits, **others)
 
     run.simulate(dut, test)
 
@@ -31,7 +31,7 @@ class TestSpeedProfile:
         clocks = 1200
         exits = [rng.randrange(4**SPEED) * (rng.random() < 0.3) for _ in range(clocks // 50)]
         holds = sorted(rng.sample(range(clocks), rng.choice([0, 2, 4])))
-        compare(clocks, any_blocks(rng), [exit for exit in exits for _ in range(50)], holds=holds)
+        compare(clocks, any_blocks(rng), [each for each in exits for _ in range(50)], holds=holds)
 
     def test_obeys_a_nominal_speed_that_changes(self):
         rng = random.Random(9)

@@ -2,6 +2,7 @@
 
 """The walk: as its model in every clock, and its parts by themselves."""
 
+from math import asin, ceil, cos, floor, log2, pi, sin
 
 import pytest
 from amaranth import Module, signed
@@ -11,10 +12,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fresa.motion import PathWalk
-from tb.benches.walk import Planner
+from tb.benches.walk import Segments
 from tb.boards import component
 from tb.engines import AmaranthEngine
-from tb.models.walk import PathWalkModel, Walked, line_steps, segment_steps, turn_ticks
+from tb.models.walk import PathWalkModel, Walked, line_steps, segment_steps, steps_in, turn_ticks
 
 OUTPUTS = ("ready", "step", "direction", "fault", "taken", "busy")
 
@@ -49,6 +50,58 @@ class Split(wiring.Component):
         for name in ("ready", "busy", "step", "direction", "fault"):
             m.d.comb += getattr(self, name).eq(getattr(walk, name))
         return m
+
+
+class Planner(Segments):
+    """Makes whole segments, each from where the one before ended."""
+
+    def line(self, increments: list[int] | None = None, log2_ticks: int | None = None) -> Walked:
+        """Make a line on the three axes."""
+        if log2_ticks is None:
+            log2_ticks = self.rng.choice([0, 1, 3, 6, 8, 10])
+        most = (1 << 8 + log2_ticks) - 1
+        if increments is None:
+            increments = [self.rng.choice([0, most, -most, self.rng.randint(-most, most)])
+                          for _ in range(3)]
+        start = [place & 255 for place in self.place]
+        self.place = [place + by for place, by in zip(self.place, increments, strict=True)]
+        return Walked(increment=increments, start=start, log2_ticks=log2_ticks,
+                      end=[(place >> 8) % 4 for place in self.place])
+
+    def arc(self, radius: float, angle: float, *, begin: float | None = None, crowd: int = 0
+            ) -> Walked:
+        """Make an arc; its radius is in m, its angle in radians, positive if counter-clockwise.
+
+        It has a half turn a tick at most, or two with `crowd`.
+        """
+        rng, fine, coarse = self.rng, self.fine, self.coarse
+        begin = rng.uniform(0, 2 * pi) if begin is None else begin
+        unit = max(1, ceil(log2(radius * fine)))
+        axes = rng.sample(range(3), 3)
+        u, v, w = axes
+        turns = round(abs(angle) / asin(2.0 ** -(unit + 4)))
+        log2_ticks = max(1, turns - 1).bit_length() - crowd
+        start = [self.place[axis] & 255 for axis in axes]
+        rise = rng.randrange(-256 << min(6, log2_ticks), 256 << min(6, log2_ticks))
+        residual = start[1] * fine >> 6
+        self.place[u] += floor(256 * radius * fine * (cos(begin + angle) - cos(begin)))
+        self.place[v] += floor(256 * radius * coarse * (sin(begin + angle) - sin(begin)))
+        self.place[w] += rise
+        scale = fine / 2**unit * 2**34 * radius
+        return Walked(
+            increment=(0, 0, rise), start=start, log2_ticks=log2_ticks, arc=1,
+            end=[(place >> 8) % 4 for place in self.place],
+            channel=[axes.index(axis) for axis in range(3)], clockwise=int(angle < 0),
+            turns=turns, shift=unit + 3,
+            x=round(scale * cos(begin)), y=round(scale * sin(begin)), residual=residual)
+
+    def any(self, crowd: int = 0) -> Walked:
+        """Make a line, or an arc of some hundred half turns."""
+        if self.rng.random() < 0.5:
+            return self.line()
+        radius = self.rng.choice([0.7, 2, 3, 9]) / self.fine
+        return self.arc(radius, self.rng.choice([-1, 1]) * self.rng.uniform(0.01, 2 * pi),
+                        crowd=crowd)
 
 
 class Bench:
@@ -222,3 +275,13 @@ class TestModels:
                 assert abs(error) <= segment.arc and (channel != 2 or not error)
                 places[axis] += error
         assert bench.places == places
+
+    @pytest.mark.parametrize("ticks", [1, 7, 40, 64])
+    def test_steps_in_the_first_ticks(self, ticks):
+        planner = Planner(3, fine=80_000, coarse=30_000)
+        for segment in [planner.line(log2_ticks=6) for _ in range(9)] + [
+                planner.arc(2 / 80_000, angle) for angle in (1, -2, 3, -4)]:
+            made = segment_steps(segment, 80_000, 30_000)
+            assert steps_in(segment, min(ticks, segment_ticks(segment)), 80_000, 30_000) == [
+                sum(way for tick, way in made[channel] if tick <= ticks)
+                for channel in segment.channel]
