@@ -58,7 +58,7 @@ def describe_contact(c: Contract, dut: ContactFilter) -> None:
                   when=run >= 3 * interval, then=passed)
     c.implication("glitch-blocked", "One that was high for less than a period does not pass.",
                   when=run < dut.period + 4, then=~passed)
-    # No multiplication by the constant 0, of which Yosys 0.62 makes wrong gates.
+    # No product with 0, which has no bits in RTLIL: techmap of Yosys 0.70 makes wrong gates of one.
     for seen, before in enumerate((count, count + interval, count + 2 * interval)):
         c.invariant(f"in-ticks-{seen}", "It is kept in how many ticks it was high.",
                     ticks[seen] == (run > before), cover=ticks[seen], lemma=True)
