@@ -129,7 +129,7 @@ def some_spindle(rng: random.Random) -> dict[str, int]:
 
 @bench
 def spindle_power(run: Run) -> str:
-    """A spindle at a quarter, then a laser at half the speed of its path, and off; 100 others."""
+    """A spindle at a quarter, a laser at half the speed of its path, 100 others."""
     dut, rng = SpindlePower(), random.Random(1)
 
     async def test(ctx):

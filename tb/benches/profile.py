@@ -121,7 +121,7 @@ async def compare_profile(run: Run, ctx, dut: SpeedProfile, clocks: int,
 
 @bench
 def speed_profile(run: Run) -> str:
-    """Two blocks without a stop between, and a hold in the second; then random blocks."""
+    """Two blocks without a stop between, a hold in the second; random blocks."""
     dut = SpeedProfile(**SMALL)
     ticks, fast = [64, 128], 20
 

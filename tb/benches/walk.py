@@ -188,7 +188,7 @@ def rotator(run: Run) -> str:
 
 @bench
 def path_walk(run: Run) -> str:
-    """A line, a quarter of a circle; many others, as the model makes them; a stray tick."""
+    """A line, a quarter of a circle, parts of others as in the model."""
     dut, model = PathWalk(), PathWalkModel()
 
     async def test(ctx):
