@@ -67,8 +67,18 @@ def some_number(rng: random.Random, letter: str) -> str:
 
 
 def expected_line(words: Sequence[Word], given: Mapping[str, int], reach: int
-            ) -> tuple[int, dict[str, int | dict[str, int]]]:
-    """Return what the model reads in words, with modes given before: an error, or all of a line."""
+                  ) -> tuple[int, dict[str, int | dict[str, int]]]:
+    """Return the error of words by the model, or 0 and the line, of modes before it.
+
+    Parameters
+    ----------
+    words : sequence of Word
+        Those so far.
+    given : mapping of str to int
+        Modes, as `GCodeModes` has them; others are 0.
+    reach : int
+        Bits of a length, with its sign.
+    """
     model = Interpreter()
     model.modes = Modes(mist=bool(given.get("mist")), flood=bool(given.get("flood")))
     try:

@@ -80,8 +80,11 @@ async def compare_profile(run: Run, ctx, dut: SpeedProfile, clocks: int,
     def nominal(number: int, clock: int) -> int:
         return blocks[number][0].nominal * percents[clock // 64 % len(percents)] // 100
 
-    model = ProfileModel(blocks, lambda _, clock: exits[min(clock, len(exits) - 1)], holds,
-                         speed_bits=SPEED, fraction_bits=FRACTION, nominals=nominal)
+    def exit_at(clock: int) -> int:
+        return exits[min(clock, len(exits) - 1)]
+
+    model = ProfileModel(blocks, lambda _, clock: exit_at(clock), holds, speed_bits=SPEED,
+                         fraction_bits=FRACTION, nominals=nominal)
     ticks, begins, ends = {}, {}, set()
     for granule in model.granules():
         made = granule.clocks(model.backlog)
@@ -98,7 +101,7 @@ async def compare_profile(run: Run, ctx, dut: SpeedProfile, clocks: int,
         offered = taken < len(blocks) and blocks[taken][1] <= clock
         ctx.set(dut.blocks.valid, offered)
         ctx.set(dut.hold, bisect_right(holds, clock) % 2)
-        ctx.set(dut.exit, exits[min(clock, len(exits) - 1)])
+        ctx.set(dut.exit, exit_at(clock))
         ctx.set(dut.nominal, nominal(taken - 1, clock) if taken else 0)
         if offered:
             block = blocks[taken][0]

@@ -117,7 +117,7 @@ def hanging(run: Run) -> str:
 
 
 def _drawing(run: Run, dut: BowedLine | StringCycles) -> tuple[Callable, Callable, Callable]:
-    """Return a test of a line, its plant, which goes on until it is told, and checks for after."""
+    """Return a test of a line, its plant, which runs until `over`, and the checks behind it."""
     point, target = [4, 20], [9, 17]
     made, length = [20, 30], [33, 25]
     clocks: list[list[int]] = [[], []]  # of the steps of each motor

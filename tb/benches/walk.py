@@ -1,6 +1,7 @@
 """Benches of the walk, and of its parts."""
 
 import random
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from math import cos, isqrt, pi, sin
 
@@ -36,6 +37,60 @@ class Segments:
         made = steps_in(segment, ticks, fine, self.coarse)
         self.place = [(place >> 8) + by << 8 for place, by in zip(self.place, made, strict=True)]
         return replace(segment, end=[(place >> 8) % 4 for place in self.place])
+
+
+async def compare_walk(run: Run, ctx, dut: PathWalk, model: PathWalkModel,
+                       segments: Sequence[tuple[Walked, int]], *, fine: int, coarse: int,
+                       gap: Callable[[], int]) -> list[tuple[int, int, int]]:
+    """Compare a walk with its model in every clock, until nothing is under way.
+
+    Parameters
+    ----------
+    run, ctx, dut, model
+        The run, its simulator, the walk, and its model in the same state.
+    segments : sequence of (Walked, int)
+        Segments, each with the number of its ticks.
+    fine, coarse : int
+        Inputs by these names.
+    gap : callable
+        Gives the clocks from a tick to the next, at least 1.
+
+    Returns
+    -------
+    list of (int, int, int)
+        Of each step its clock, its axis, and 1 if it is forward, else -1.
+    """
+    queue, left = [segment for segment, _ in segments], [ticks for _, ticks in segments]
+    steps, wait, busy = [], 0, True
+    for name, value in (("fine", fine), ("coarse", coarse)):
+        ctx.set(getattr(dut, name), value)
+    ctx.set(dut.segments.payload, vars(queue[0]))
+    while left or busy:
+        now, tick = model.now, int(bool(model.running and left and wait <= 0))
+        last = int(tick and left[0] == 1)
+        for name, level in (("tick", tick), ("last", last)):
+            ctx.set(getattr(dut, name), level)
+        ctx.set(dut.segments.valid, bool(queue))
+        seen = model.clock(valid=int(bool(queue)), segment=queue[0] if queue else Walked(),
+                           fine=fine, coarse=coarse, tick=tick, last=last)
+        run.see(ctx, dut, segments_ready=seen["taken"],
+                **{name: seen[name] for name in ("ready", "step", "busy", "fault")})
+        if seen["step"]:
+            run.expect("directions", ctx.get(dut.direction) & seen["step"], seen["direction"])
+            steps += [(now, axis, 1 if seen["direction"] >> axis & 1 else -1)
+                      for axis in range(3) if seen["step"] >> axis & 1]
+        await ctx.tick()
+        wait, busy = wait - 1, bool(seen["busy"])
+        if tick:
+            wait = gap() - 1
+            left[0] -= 1
+            if last:
+                del left[0]
+        if seen["taken"]:
+            del queue[0]
+            if queue:
+                ctx.set(dut.segments.payload, vars(queue[0]))
+    return steps
 
 
 @bench
@@ -239,45 +294,14 @@ def path_walk(run: Run) -> str:
         for seed, (fine, coarse, longest) in enumerate((
                 (80_000, 80_000, 90), (3_200_000, 78_740, 90), ((1 << 27) - 1, 99_999_999, 90),
                 (4321, 1, 90), (29, 23, 500))):
-            ctx.set(dut.fine, fine)
-            ctx.set(dut.coarse, coarse)
             planner = Segments(seed, fine=fine, coarse=coarse)
             planner.place = [(count << 8) + 128 for count in model.counts]
-            await compare(ctx, planner, [
-                (ticks, planner.part(ticks)) for _ in range(8)
-                for ticks in [planner.rng.randint(1, longest)]])
+            parts = [(planner.part(ticks), ticks) for _ in range(8)
+                     for ticks in [planner.rng.randint(1, longest)]]
+            await compare_walk(run, ctx, dut, model, parts, fine=fine, coarse=coarse,
+                               gap=lambda rng=planner.rng: rng.choice([2, 2, 3, 5]))
         await clock(1)
         run.see(ctx, dut, step=0, fault=1)
-
-    async def compare(ctx, planner, parts):
-        """Walk parts of segments, as the model does."""
-        left, wait = [ticks for ticks, _ in parts], 0
-        queue = [segment for _, segment in parts]
-        ctx.set(dut.segments.payload, vars(queue[0]))
-        busy = True
-        while left or busy:
-            tick = int(bool(model.running and left and wait <= 0))
-            last = int(tick and left[0] == 1)
-            for name, level in (("tick", tick), ("last", last)):
-                ctx.set(getattr(dut, name), level)
-            ctx.set(dut.segments.valid, bool(queue))
-            seen = model.clock(valid=int(bool(queue)), segment=queue[0] if queue else Walked(),
-                               fine=planner.fine, coarse=planner.coarse, tick=tick, last=last)
-            run.see(ctx, dut, segments_ready=seen["taken"],
-                    **{name: seen[name] for name in ("ready", "step", "busy", "fault")})
-            if seen["step"]:
-                run.expect("directions", ctx.get(dut.direction) & seen["step"], seen["direction"])
-            await ctx.tick()
-            wait, busy = wait - 1, bool(seen["busy"])
-            if tick:
-                wait = planner.rng.choice([1, 1, 2, 4])
-                left[0] -= 1
-                if last:
-                    del left[0]
-            if seen["taken"]:
-                del queue[0]
-                if queue:
-                    ctx.set(dut.segments.payload, vars(queue[0]))
 
     run.simulate(dut, test)
     return ("a line to (3, -5, 16), an arc to (1, -3, 16); parts of 40 others as their model; a "
@@ -286,7 +310,7 @@ def path_walk(run: Run) -> str:
 
 @bench
 def core_xy(run: Run) -> str:
-    """Steps of X, of Y, and of both at once; and where motors have them."""
+    """Steps of X, of Y, and of both at once; positions of motors and axes."""
     dut, rng = CoreXY(), random.Random(1)
     motors = [0, 0]
 

@@ -140,7 +140,7 @@ class GateModel:
             "restart", *["texts"] * command.endswith("*")]
 
     def _no_command(self, command: str) -> int:
-        """Say whether a number is not where one has to be, or it is something else."""
+        """Return 2 where a number has to be and is not, else 3."""
         if command[1] in LETTERS:
             return 3
         value = re.match(r"\$\d+=(.?)", command)

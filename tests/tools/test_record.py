@@ -254,7 +254,7 @@ def test_mutants_are_of_every_component():
         f"mutants {name}" for name in components() if name not in without)
 
 
-def test_what_a_machine_asks_of_its_mutants():
+def test_how_many_mutants_of_a_machine_have_to_be_killed():
     assert " --least 95 " in parts()["mutants-gcode"].command
     assert " --least 90 " in parts()["mutants-vplotter"].command
     assert "--least" not in parts()["mutants-mill"].command

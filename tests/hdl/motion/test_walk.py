@@ -2,54 +2,17 @@
 
 """The walk: as its model in every clock, and its parts by themselves."""
 
+from functools import partial
 from math import asin, ceil, cos, floor, log2, pi, sin
 
 import pytest
-from amaranth import Module, signed
-from amaranth.lib import wiring
-from amaranth.lib.wiring import In, Out
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fresa.motion import PathWalk
-from tb.benches.walk import Segments
-from tb.boards import component
-from tb.engines import AmaranthEngine
+from tb.bench import Run
+from tb.benches.walk import Segments, compare_walk
 from tb.models.walk import PathWalkModel, Walked, line_steps, segment_steps, steps_in, turn_ticks
-
-OUTPUTS = ("ready", "step", "direction", "fault", "taken", "busy")
-
-
-class Split(wiring.Component):
-    """A walk with a port for each field of the segment, since engines have 64 bits a port."""
-
-    def __init__(self) -> None:
-        bits = {"log2_ticks": 6, "arc": 1, "clockwise": 1, "turns": 38, "shift": 5, "x": signed(36),
-                "y": signed(36), "residual": 29}
-        for axis in range(3):
-            bits |= {f"increment_{axis}": signed(34), f"start_{axis}": 8, f"end_{axis}": 2,
-                     f"channel_{axis}": 2}
-        self.fields = bits
-        super().__init__({name: In(shape) for name, shape in bits.items()} | {
-            "valid": In(1), "taken": Out(1), "fine": In(27), "coarse": In(27), "tick": In(1),
-            "last": In(1), "load": In(1), "position": In(6), "ready": Out(1), "busy": Out(1),
-            "step": Out(3), "direction": Out(3), "fault": Out(1)})
-
-    def elaborate(self, platform) -> Module:
-        m = Module()
-        m.submodules.walk = walk = PathWalk()
-        for name in self.fields:
-            field, _, axis = name.rpartition("_")
-            target = (walk.segments.p[field][int(axis)] if axis.isdigit()
-                      else walk.segments.p[name])
-            m.d.comb += target.eq(getattr(self, name))
-        m.d.comb += [walk.segments.valid.eq(self.valid), self.taken.eq(walk.segments.ready),
-                     walk.position.as_value().eq(self.position)]
-        for name in ("fine", "coarse", "tick", "last", "load"):
-            m.d.comb += getattr(walk, name).eq(getattr(self, name))
-        for name in ("ready", "busy", "step", "direction", "fault"):
-            m.d.comb += getattr(self, name).eq(getattr(walk, name))
-        return m
 
 
 class Planner(Segments):
@@ -105,62 +68,27 @@ class Planner(Segments):
 
 
 class Bench:
-    """The gateware and its model, clock by clock."""
+    """The gateware and its model, in every clock."""
 
     def __init__(self, *, fine: int = 80_000, coarse: int = 80_000) -> None:
-        self.engine, self.model = AmaranthEngine(component("walk", Split())), PathWalkModel()
-        self.fine, self.coarse = fine, coarse
-        self.engine.set(fine=fine, coarse=coarse)
-        self.places = [0, 0, 0]
+        self.model, self.fine, self.coarse = PathWalkModel(), fine, coarse
         self.steps: list[tuple[int, int, int]] = []  # clock, axis, direction
 
-    def offer(self, segment: Walked) -> None:
-        """Set the fields of the next segment."""
-        values = {}
-        for name, value in vars(segment).items():
-            if isinstance(value, int):
-                values[name] = value & (1 << 36) - 1 if name in ("x", "y") else value
-            else:
-                values |= {f"{name}_{index}": each & (1 << 34) - 1
-                           for index, each in enumerate(value)}
-        self.engine.set(**values)
-
-    def clock(self, segment: Walked | None, tick: int = 0, last: int = 0) -> dict[str, int]:
-        """Make a clock with the same inputs for both."""
-        self.engine.set(valid=int(segment is not None), tick=tick, last=last)
-        now = self.model.now
-        expected = self.model.clock(valid=int(segment is not None), segment=segment or Walked(),
-                                    fine=self.fine, coarse=self.coarse, tick=tick, last=last)
-        seen: dict[str, int] = dict(zip(OUTPUTS, self.engine.get(*OUTPUTS), strict=True))
-        seen["direction"] &= seen["step"]
-        assert seen == {name: expected[name] for name in OUTPUTS}, now
-        for axis in range(3):
-            if seen["step"] >> axis & 1:
-                way = 1 if seen["direction"] >> axis & 1 else -1
-                self.places[axis] += way
-                self.steps.append((now, axis, way))
-        self.engine.run(1)
-        return seen
+    @property
+    def places(self) -> list[int]:
+        """Where the axes are, in steps."""
+        return [sum(way for _, moved, way in self.steps if moved == axis) for axis in range(3)]
 
     def walk(self, segments: list[Walked], gap) -> None:
         """Make segments; `gap` gives the clocks between ticks."""
-        queue, ticks, wait = list(segments), [1 << one.log2_ticks for one in segments], 0
-        self.offer(queue[0])
-        while ticks or self.engine.get("busy"):
-            ready = self.engine.get("ready")
-            tick = int(bool(ready and ticks and wait <= 0))
-            last = int(tick and ticks[0] == 1)
-            seen = self.clock(queue[0] if queue else None, tick, last)
-            wait -= 1
-            if tick:
-                wait = gap() - 1
-                ticks[0] -= 1
-                if last:
-                    del ticks[0]
-            if seen["taken"]:
-                del queue[0]
-                if queue:
-                    self.offer(queue[0])
+        run, dut = Run(), PathWalk()
+
+        async def test(ctx):
+            self.steps = await compare_walk(
+                run, ctx, dut, self.model, [(each, segment_ticks(each)) for each in segments],
+                fine=self.fine, coarse=self.coarse, gap=gap)
+
+        run.simulate(dut, test, deadline=50_000)
 
 
 class TestPathWalk:
@@ -209,23 +137,28 @@ class TestPathWalk:
                 (Walked(arc=1, turns=40, shift=4, log2_ticks=3), 8),  # five half turns a tick
                 (Walked(arc=1, turns=16, shift=4, log2_ticks=3), 8),  # one a clock
                 (Walked(log2_ticks=1), 3)]:  # a tick too many
-            with AmaranthEngine(component("walk", Split())) as engine:
-                bench = Bench.__new__(Bench)
-                bench.engine = engine
-                bench.offer(segment)
-                engine.set(valid=1, fine=1, coarse=1)
-                engine.run(80)
-                engine.set(valid=0)
-                assert engine.get("ready", "fault") in ((1, 0), (1, 1))
-                for tick in range(ticks):
-                    engine.set(tick=1, last=int(tick == segment_ticks(segment) - 1))
-                    engine.run(1)
-                engine.set(tick=0, last=0)
-                engine.run(40)
-                assert engine.get("fault"), segment
-                engine.set(rst=1)
-                engine.run(1)
-                assert not engine.get("fault")
+            run, dut = Run(), PathWalk()
+            run.simulate(dut, partial(self.fault, run, dut, segment, ticks))
+
+    async def fault(self, run, dut, segment, ticks, ctx):
+        """Check that a segment with so many ticks, one a clock, is a fault until a reset."""
+        ctx.set(dut.segments.payload, vars(segment))
+        for port in (dut.segments.valid, dut.fine, dut.coarse):
+            ctx.set(port, 1)
+        await ctx.tick().repeat(80)
+        ctx.set(dut.segments.valid, 0)
+        assert ctx.get(dut.ready)
+        for tick in range(ticks):
+            ctx.set(dut.tick, 1)
+            ctx.set(dut.last, tick == segment_ticks(segment) - 1)
+            await ctx.tick()
+        ctx.set(dut.tick, 0)
+        ctx.set(dut.last, 0)
+        await ctx.tick().repeat(40)
+        assert ctx.get(dut.fault), segment
+        ctx.set(run.rst, 1)
+        await ctx.tick()
+        assert not ctx.get(dut.fault)
 
 
 def segment_ticks(segment: Walked) -> int:
