@@ -1,11 +1,17 @@
+# amaranth: UnusedElaboratable=no
+
 """The command that runs mutants: sharing them out, going on, the score, the status."""
 
 import json
 import re
 
 import pytest
+from amaranth.hdl import Fragment
+from amaranth.lib import wiring
 
+from tb.machines import machines
 from tb.mutation import Measure, Verdict
+from tb.mutation.benches import kind_of
 from tb.mutation.survivors import explained
 from tb.registry import components
 from tools import mutate
@@ -187,3 +193,27 @@ class TestCommand:
                 first["mutants"]["divider"], second["mutants"]["divider"], strict=True)]
         assert second["mutants"]["counter"][0]["violated"] == "kept from before"
         assert "60" in capsys.readouterr().out
+
+
+def classes(name, monkeypatch):
+    """Return the classes of the components in a machine."""
+    found = set()
+    with monkeypatch.context() as patch:
+        begin = wiring.Component.__init__
+        patch.setattr(wiring.Component, "__init__", lambda self, *args, **others: (
+            found.add(type(self)), begin(self, *args, **others))[1])
+        waiting = [machines()[name].make(**machines()[name].short)]
+        while waiting:
+            waiting += [part for part, *_ in Fragment.get(waiting.pop(), None).subfragments]
+    return found
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("name", "others"), [
+    ("gcode", ("mill", "single", "positioner")),
+    ("vplotter", ("mill", "single", "positioner", "gcode"))])
+def test_parts_of_a_machine_are_in_no_older_one(name, others, monkeypatch):
+    parts = {kind_of(components()[part]) for part in machines()[name].recorded.mutated}
+    for other in others:
+        assert not parts & classes(other, monkeypatch)
+    assert parts & classes(name, monkeypatch)
