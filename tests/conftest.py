@@ -78,10 +78,11 @@ def unused():
 
 
 @pytest.fixture(scope="module")
-def libraries(request):
-    """Keep what is built in the cache of pytest, but share what the tools make of themselves."""
+def libraries():
+    """Keep what is built where all checkouts find it, and share what the tools keep themselves."""
     user = Path(os.environ.get("XDG_CACHE_HOME") or platformdirs.user_cache_dir())
-    own = request.config.cache.mkdir("libraries")
+    own = user / "fresa-tests"
+    own.mkdir(parents=True, exist_ok=True)
     for name in ("wasmtime", "zig"):  # what Yosys and the compiler from pip keep for themselves
         (user / name).mkdir(parents=True, exist_ok=True)
         with suppress(FileExistsError):

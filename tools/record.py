@@ -128,6 +128,8 @@ _JSON = "--json {folder}/figures.json"
 _COSIM = f"--vcd {{folder}}/cosim {_JSON}"
 _FUZZ = f"--save {{folder}}/fuzz {_JSON}"
 _STATE = "--state {folder}/state.json"
+#: Components that take seconds to prove.
+_FEW = "coil counter axes phase step_dir rate"
 #: Mutants of the general components together, and of those of a machine: these stay the same when
 #: another machine comes.
 GENERAL_MUTANTS, OWN_MUTANTS = 2500, 250
@@ -138,10 +140,9 @@ def parts() -> dict[str, Part]:
     known = machines().values()
     return {part.name: part for part in (
         Part("proofs", f"tools.prove {_STATE} {_JSON}", ("contract",),
-             f"tools.prove --small {_STATE} {_JSON}", remembers=True, single=True),
+             f"tools.prove --small {_FEW} {_STATE} {_JSON}", remembers=True, single=True),
         Part("kills", f"tools.prove --mutants {_STATE} {_JSON}", ("contract",),
-             f"tools.prove --mutants coil counter axes phase step_dir rate {_STATE} {_JSON}",
-             remembers=True),
+             f"tools.prove --mutants {_FEW} {_STATE} {_JSON}", remembers=True),
         Part("vhdl", f"tools.vhdl {_JSON}", tuple(f"run {name}" for name in REFERENCES)),
         Part("netlist", f"tools.netlist {_JSON}", ("netlist",),
              f"tools.netlist --machine mill {_JSON}"),
