@@ -62,8 +62,7 @@ examples:
       Run these two again, what is missing besides, and write the record.
 
   python -m tools.record --quick
-      The same commands with less to do each, as every change to the project must pass them:
-      some ten minutes. The page is left in build/record-quick.
+      The same commands with less to do each. The page is left in build/record-quick.
 
   python -m tools.record --check
       Say which parts of the record are of other designs, properties, models, stimulus or benches
