@@ -187,7 +187,7 @@ class ProfileModel:
 
             size, least = 1, block.modulus
             if square:
-                while size < MOST and least * size < 32 * rate and not (ticks - done) & size:
+                while size < MOST and least * size < 64 * root and not (ticks - done) & size:
                     size *= 2
             change = block.energy * size
             sampled = decided + SAMPLED
@@ -196,21 +196,26 @@ class ProfileModel:
             goal = min(max(goal, square - change), square + change)
             new = self.root(goal if square or goal else change // 2)
 
-            ready = decided + self.latency
-            going = ended >= ready
+            began = max(ended, decided + self.latency)
+            if began == ended + 1:
+                began += 1  # what a tick's clock does not add to the phase comes in the next
+            going = ended == began
             self.late += not going and square > 0
             step = 2 * block.modulus
             count = 1
             if merge and goal == square == block.nominal and new == root == before and (
-                    going and least * size >= 32 * rate == 64 * root):
+                    going and least * size >= 64 * root):
                 count = min(brake, self.exits(number, sampled) + brake - goal) // change
             if not square:
                 before = phase = 0
+            elif not going:  # it has gone on at the rate of the granule before
+                phase += (began - ended) * rate
+                if phase >= self.backlog:
+                    phase = 0
             granule = Granule(
-                number, decided, sampled, began=ended if going else ready,
-                phase=(phase if going else 0) + (new - before >> 1), rate=root + new, step=step,
-                size=count * size, first=opens, last=done + count * size == ticks,
-                square=goal)
+                number, decided, sampled, began, phase=phase + (new - before >> 1),
+                rate=root + new, step=step, size=count * size, first=opens,
+                last=done + count * size == ticks, square=goal)
             granule.finish(self.backlog)
             yield granule
 

@@ -26,7 +26,7 @@ class SpeedProfile(wiring.Component):
     `energy`, and it takes sums and minima alone to reach every speed and every end exactly. Speeds
     are set for a granule at a time, 2**g ticks; while one runs, the next is computed:
 
-    - g is the smallest for which the granule takes at least 64 clocks at the present rate, or
+    - g is the smallest for which the granule takes at least 64 clocks at the speed of its begin, or
       ``GRANULE_BITS``, or as many as the ticks that are left in the block are a multiple of;
     - w at its end is the smaller of `nominal` and ``exit + energy * (ticks then left)``, with
       `hold` it is 0; it changes by ``energy * 2**g`` at most from that at its start;
@@ -39,9 +39,12 @@ class SpeedProfile(wiring.Component):
     on average it is half, so half of the difference of the rates is added to the phase. Where w is
     0 between granules, the phase starts anew, with half of the rate.
 
-    The next rate is known 63 clocks after a granule has begun. If the granule is over by then, as
-    it can be in the first of an acceleration that takes less than a millisecond, the next begins
-    when it is known, later than it should, and the phase starts anew.
+    The next rate is known 63 clocks after a granule has begun. If the granule is over by then, the
+    next begins when it is known, with a phase that has grown at the rate of the one before: ticks
+    that are late come as soon as they may, but a phase of more than a clock of the highest rate is
+    dropped. So the end of a granule is off by more than 3 clocks only if an acceleration takes less
+    than a third of a millisecond; and near rest, where a granule has few ticks, those within it if
+    it takes less than a millisecond.
 
     **Blocks.** The next one is taken a clock after the begin of the last granule of the present
     one, if it has been offered for 4 + s clocks then, or later. If the present one ends at a w
@@ -154,9 +157,9 @@ class SpeedProfile(wiring.Component):
         count = Signal(range(GRANULE_BITS))  # always as long: the exit of a new block may take time
         size = Signal(GRANULE_BITS + 1, init=1)  # its ticks
         change = Signal(self.square_bits + GRANULE_BITS)  # energy of the granule
-        least = Signal(rate_bits + GRANULE_BITS + 1)  # what at 2**5 rates takes enough clocks
-        compared = Signal(len(least) + 1)  # what it becomes, if it does
-        short = Signal()  # it does not take enough, unless the search is over
+        least = Signal(rate_bits + GRANULE_BITS + 1)  # modulus x size
+        compared = Signal(len(least) + 1)  # what it becomes
+        short = Signal()  # that takes less than 64 clocks at the begin, unless the search is over
 
         # Present granule
         running = Signal()
@@ -227,7 +230,7 @@ class SpeedProfile(wiring.Component):
         missing = Signal(signed(len(compared) + 1))
         m.d.comb += [compared.eq(Mux(taken, modulus, least << 1)),
                      self.blocks.ready.eq(taken & opens),
-                     missing.eq(((rate << 6) - (compared << 1 | 1)) >> 1)]
+                     missing.eq(((end << 7) - (compared << 1 | 1)) >> 1)]
         m.d.sync += [taken.eq(takes), short.eq(missing[-1] == 0)]
 
         with m.FSM(name="profile_state") as fsm:
@@ -335,11 +338,13 @@ class SpeedProfile(wiring.Component):
         phase = Signal(signed(self.modulus_bits + 4))
         after = Signal()
         backlog = Signal()
+        waits = Signal()
         m.d.comb += [
             backlog.eq(phase[rate_bits:] != 0),
             self.tick.eq(running & (phase[-1] == 0) & ~after),
             over.eq(~running | (self.tick & final)),
-            begins.eq(ready & ~running),
+            begins.eq(ready & ~running & ~after),
+            waits.eq(~running & ~begins & backlog),
             follows.eq(ready & self.tick & final),
             starts.eq(begins | follows),
             self.first.eq(self.tick & opening),
@@ -356,19 +361,21 @@ class SpeedProfile(wiring.Component):
         m.d.comb += [
             distance.eq(running_modulus << 1),
             jumps.eq(self.tick | begins),  # one follows in a tick
-            base.eq(Mux((self.tick & backlog) | (starts & (~running | from_rest)), 0, phase)),
-            # Which jump it would be is known before whether it is one.
-            growth.eq(Mux(jumps, Mux(ready & (final | ~running), adjusted, ~distance),
+            base.eq(Mux((jumps & backlog) | (starts & from_rest), 0, phase)),
+            # Which jump it would be is known before whether it is one. A last tick behind which no
+            # granule is ready subtracts nothing, as `adjusted` is 0 until one is: that does.
+            growth.eq(Mux(jumps, Mux(final | ~running, adjusted, ~distance),
                           Mux(after, rate << 1, rate))),
         ]
         m.d.sync += after.eq(jumps)
-        # While none runs, the phase may be any.
-        m.d.sync += phase.eq(add_choice(growth, base, self.tick & ~starts))
+        # While none runs, the phase grows only until it would be dropped.
+        with m.If(~waits):
+            m.d.sync += phase.eq(add_choice(growth, base, self.tick & ~final))
         with m.If(self.tick):
             m.d.sync += [ticks.eq(ticks - 1), final.eq(ticks == 2), opening.eq(0)]
         with m.If(starts):
             m.d.sync += [
-                running.eq(1), ticks.eq(size), final.eq(size == 1), rate.eq(rates),
+                adjusted.eq(0), running.eq(1), ticks.eq(size), final.eq(size == 1), rate.eq(rates),
                 speed.eq(rates >> self.fraction_bits + 1),
                 opening.eq(opens), closing.eq(~more), running_modulus.eq(modulus), begin.eq(end),
                 end.eq(root.root),

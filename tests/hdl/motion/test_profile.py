@@ -78,6 +78,14 @@ class TestModel:
         assert -2 < found.least < found.most < 2
         assert found.clocks > 10_000 and len(found.ends) == blocks
 
+    @pytest.mark.parametrize(("microseconds", "apart"), [(118, 9), (300, 4), (1000, 1.5)])
+    def test_where_granules_are_over_early_ticks_are_few_clocks_apart(self, microseconds, apart):
+        acceleration = 17 * 10**9
+        speed = acceleration * microseconds // 10**6
+        path = Path1D(length=speed * 256 // 500, acceleration=acceleration, speed=speed)
+        found = deviations([path], [0], samples=1 << 20)
+        assert -apart < found.least < found.most < apart
+
 
 class TestParameters:
     @pytest.mark.parametrize(("changed", "message"), [
