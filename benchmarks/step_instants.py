@@ -67,9 +67,9 @@ class Instants:
         The same as a share of the time to the nearest step of its axis, before or behind it.
     ticks : array of float
         By how many clocks the tick of each step is later than its own ideal instant.
-    parts : array of float
-        The same as a part of the time of a step of its axis at the nominal speed of its block; of
-        two half turns where an arc makes it, as a step takes no less.
+    begins : array of float
+        By how many clocks each motion from rest, but the first, begins later than the one before
+        ends in the ideal profile.
     rate : float
         The highest rate of the machine, in steps/s.
     fastest : float
@@ -84,7 +84,7 @@ class Instants:
     by: NDArray[np.float64]
     share: NDArray[np.float64]
     ticks: NDArray[np.float64]
-    parts: NDArray[np.float64]
+    begins: NDArray[np.float64]
     rate: float
     fastest: float
     seconds: float
@@ -261,13 +261,15 @@ def instants(made: Random) -> Instants:
         for block, own in zip(blocks, every, strict=True)]
     requests: list[list[tuple[int, int, Any]]] = [[], [], []]  # clock, way, ideal instant
     by_tick: list[NDArray[np.float64]] = []
-    parts: list[NDArray[np.float64]] = []
     begins: list[int] = []
+    begins_by: list[float] = []
     origin, before, corrections = np.longdouble(0), -10**6, []
     clocks_of = _block_ticks(profile, blocks, ticks, begins)
     for number, (block, own, clocks) in enumerate(zip(blocks, every, clocks_of, strict=True)):
-        if number == 0:
-            origin += begins[0]
+        if squares[number] == 0:  # deviations do not add up across a rest
+            if number:
+                begins_by.append(float(begins[number] - origin))
+            origin = np.longdouble(begins[number])
         segment, count = block.segment, 1 << block.segment.log2_ticks
         unit = np.longdouble(block.profile.modulus) / (1 << FRACTION)
         steps = segment_steps(segment, block.fine, block.coarse)
@@ -282,7 +284,6 @@ def instants(made: Random) -> Instants:
                                        made_by)
             by_tick.append((np.array([clocks[tick] for tick, _ in steps[channel]])
                             - own_ticks).astype(np.float64))
-            parts.append(by_tick[-1] / _step_clocks(block, channel, unit))
             for (tick, way), instant in zip(steps[channel], exact, strict=True):
                 if segment.arc and channel < 2:
                     clock = turned[tick] + (3 if channel else 1)
@@ -298,19 +299,10 @@ def instants(made: Random) -> Instants:
                         np.array([count]))[-1]
     edges = [_edges(own, axis, corrections, made.driver) for axis, own in enumerate(requests)]
     by, share = (np.concatenate([each[place] for each in edges]) for place in (0, 1))
-    ticks_by, parts_by = (np.concatenate([np.zeros(0), *each]) for each in (by_tick, parts))
-    return Instants(by, share, ticks_by, parts_by, made.rate,
+    ticks_by = np.concatenate([np.zeros(0), *by_tick])
+    return Instants(by, share, ticks_by, np.array(begins_by), made.rate,
                     max(each[2] for each in edges), (before - begins[0]) / CLOCK, len(blocks),
                     profile.late, sum(each[3] for each in edges))
-
-
-def _step_clocks(block: Motion, channel: int, unit: np.longdouble) -> float:
-    """Return the clocks of a step, or two half turns, of a channel at the nominal speed."""
-    segment = block.segment
-    whole = float(unit * (1 << segment.log2_ticks) / np.sqrt(np.longdouble(block.profile.nominal)))
-    if segment.arc and channel < 2:
-        return 2 * whole / segment.turns
-    return whole * 256 / abs(segment.increment[channel])
 
 
 def _turned(block: Motion, clocks: dict[int, int], loaded: int) -> dict[int, int]:

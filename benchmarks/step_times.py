@@ -41,11 +41,10 @@ Ticks: of the profile by itself, 64 or so a block: single blocks, and chains in 
 junctions are random, at 1 to 450 000 steps/s, at 40 to 3 200 steps/mm; it takes 5 ms to 2 s to get
 there. After the half clock in which the first phase begins.
 
-Exit status 1 if a tick of a step is more than eight clocks, which is twice the time of a tick at
-full speed, from its instant, and by more than five millionths of the time of such a step at the
-nominal speed of its block. Slow blocks of a few steps have ticks of many clocks, and the granule in
-which the nominal speed is reached goes on at its mean to the end of a tick. From block to block
-what they are off adds up.
+Exit status 1 if a tick of a step is more than two clocks from its instant, or if a motion from rest
+begins more than two clocks from the instant at which the one before ends. Instants count from the
+begin of such a motion: where the speed does not come down to 0, what a block is off adds to the
+next.
 """
 
 EPILOG = """\
@@ -57,11 +56,8 @@ examples:
       Ticks alone.
 """
 
-MOST_APART = 8
+MOST_APART = 2
 """Clocks from its ideal instant in which the tick of a step comes."""
-
-MOST_PART = 5e-6
-"""Part of the time of a step at the nominal speed, in which it comes where that is more."""
 
 PERCENT = (50, 99, 99.9)
 """Parts of all steps of which figures say how far apart at most they are."""
@@ -244,15 +240,15 @@ def step_summary(found: list[Instants]) -> dict:
     """Return the figures of programs of one kind.
 
     Of clocks, of shares of the time to the nearest step, and of ticks these are the least, those
-    below which 50, 99 and 99.9 of a hundred steps are, and the most. Ticks that are more than
-    `MOST_APART` from their instants are counted, with the most of them as a part of a step.
+    below which 50, 99 and 99.9 of a hundred steps are, and the most; of begins the least and the
+    most, with 0 among them.
     """
     def spread(parts: Iterable[np.ndarray], digits: int) -> list[float]:
         values = np.concatenate([*parts])
         return [round(float(each), digits) for each in np.percentile(values, (0, *PERCENT, 100))]
 
     rates = [each.rate for each in found]
-    apart = np.concatenate([abs(each.parts[abs(each.ticks) > MOST_APART]) for each in found])
+    begins = np.concatenate([np.zeros(1), *(each.begins for each in found)])
     return {
         "programs": len(found), "blocks": sum(each.blocks for each in found),
         "steps": sum(len(each.by) for each in found),
@@ -262,14 +258,14 @@ def step_summary(found: list[Instants]) -> dict:
         "clocks": spread((each.by for each in found), 1),
         "share": spread((each.share for each in found), 4),
         "tick_clocks": spread((each.ticks for each in found), 2),
-        "apart": len(apart), "apart_part": float(max(apart, default=0)),
+        "begins": [round(float(extreme), 2) for extreme in (begins.min(), begins.max())],
         "late": sum(each.late for each in found),
         "cancelled": sum(each.cancelled for each in found)}
 
 
 def is_right(figure: dict) -> bool:
-    """Return whether the ticks of steps are as near to their instants as they should."""
-    return figure["apart_part"] <= MOST_PART
+    """Return whether ticks of steps, and begins, are as near to their instants as they should."""
+    return all(abs(each) <= MOST_APART for each in figure["tick_clocks"] + figure["begins"])
 
 
 def step_line(figure: dict) -> str:
@@ -280,10 +276,8 @@ def step_line(figure: dict) -> str:
             + ", ".join(f"p{name:g} {value:+.1f}" for name, value in zip(
                 PERCENT, middle, strict=True))
             + f"; p99.9 is {figure['share'][3]:.1%} of the time to the next step; ticks "
-            f"{figure['tick_clocks'][0]:+.2f} to {figure['tick_clocks'][-1]:+.2f}, "
-            f"{figure['apart']} beyond {MOST_APART} clocks"
-            + (f" by {figure['apart_part'] * 1e6:.2f} millionths of a step at most"
-               if figure["apart"] else ""))
+            f"{figure['tick_clocks'][0]:+.2f} to {figure['tick_clocks'][-1]:+.2f}, begins "
+            f"{figure['begins'][0]:+.2f} to {figure['begins'][1]:+.2f}")
 
 
 def summary(found: list[Deviation]) -> dict:

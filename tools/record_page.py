@@ -182,12 +182,12 @@ def _instants(*runs: Facts) -> list[str]:
         rows = [[kind, one["programs"], _many(one["blocks"]), _many(one["steps"]),
                  _many(one["fastest"]), *(f"{each:+.1f}" for each in one["clocks"]),
                  f"{100 * one['share'][3]:.1f}",
-                 " to ".join(f"{one['tick_clocks'][end]:+.2f}" for end in (0, -1)),
-                 f"{1e6 * one['apart_part']:.2f}" if one["apart"] else "-", one["late"]]
+                 *(" to ".join(f"{one[what][end]:+.2f}" for end in (0, -1))
+                   for what in ("tick_clocks", "begins")), one["late"]]
                 for kind, one in run["steps"].items()]
         text += [_table(["programs", "", "blocks", "steps", "most steps/s", "least", "median",
                          "99 %", "99.9 %", "most", "99.9 % of the time to the next step, %",
-                         "their ticks", "beyond 8 clocks, millionths of a step", "late"], rows)]
+                         "their ticks", "begins of motions", "late"], rows)]
         ticks = [[blocks, one["programs"], one["seconds"], f"{one['least']:+.2f}",
                   f"{one['most']:+.2f}", one["p50"], one["p99"], one["late"]]
                  for blocks, one in run["ticks"].items()]
@@ -329,10 +329,11 @@ of every clock is compared.""", ("engines", "pair", "campaign"), _engines, apart
 Random programs of G-code on models that are the gateware to the clock: in which clock of 50 MHz
 each rising edge of STEP comes, less the instant at which its axis passes to that step with the
 planned accelerations, in 80-bit arithmetic. A step waits for the next tick, which is 2 to 4 clocks
-at full speed and longer below it; how far the tick itself is off is shown, too, and of those ticks
-that are off by more than 8 clocks how many millionths of the time of their step that is at most, at
-the nominal speed. Fast lines are those of drivers that take pulses of 100 ns. Steps of arcs take 6
-or 8 clocks less from their tick to the pins than those of lines.""", ("instants",), _instants),
+at full speed and longer below it; how far the tick itself is off is shown, too. Instants count from
+the begin of each motion from rest; by how many clocks that is later than the one before ends is
+shown as well. Late are parts of the speed profile that are over before the next is known. Fast
+lines are those of drivers that take pulses of 100 ns. Steps of arcs take 6 or 8 clocks less from
+their tick to the pins than those of lines.""", ("instants",), _instants),
     _Section("Ends", """\
 Where the axes are, against the text of the program in rational numbers, for all lines so far: on
 the model after each line, at the pins of the gateware wherever it rests.""", ("ends",), _ends),

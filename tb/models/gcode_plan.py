@@ -139,10 +139,10 @@ class Planner:
         acceleration = min(_along(of.accelerations, mantissas) * length >> 36, (1 << 34) - 1)
         gain = 4 * acceleration * length >> exponent
 
-        # 2 to 4 clocks a tick, at top speed, but 2**-7 nm at least
+        # 2 to 4 clocks a tick, at top speed, but 2**-11 nm at least; with little acceleration 2**-7
         shift, slow = 72 - scaled.bit_length(), 36 - speed.bit_length()
         ticks = slow + 28 - shift - ((scaled << shift) >> 36 < speed << slow)
-        ticks = min(min(ticks, 42) - exponent, 36)
+        ticks = min(min(ticks, 46 if acceleration >= 5000 else 42) - exponent, 36)
         energy = gain >> ticks
         gain = energy << ticks
         limit = min(self._junction(unit), nominal, self.nominal)

@@ -49,6 +49,9 @@ def arc_registers() -> Registers:
     plane.
     """
     registers = line_registers(256)
+    registers.word("plane", "clockwise", "radius", "verdict", "apart", "channels", "shift", "x",
+                   "y", "residual", "swapped", "mirrored", "gap", "sweep", "angle", "angle_end",
+                   "lower", "upper", "tangent", "series", "ratio", "ahead", "exchanged")
     # The low words of these stay 0.
     registers.pair("speed_plane", "speed_across", "acceleration_plane", "acceleration_across")
     registers.pair("acceleration_half", "turns")
@@ -59,12 +62,9 @@ def arc_registers() -> Registers:
     registers.word(*(f"{name}_{axis}" for axis in "uv" for name in (
         "centre", "middle", "start", "end", "cosine", "cosine_end", "chord", "speed",
         "acceleration")))
-    registers.word("plane", "clockwise", "radius", "verdict", "apart", "channels", "shift", "x",
-                   "y", "residual", "swapped", "mirrored", "gap", "sweep", "angle", "angle_end",
-                   "lower", "upper", "tangent", "series", "ratio", "ahead", "exchanged")
     for name, value in {
             "2": 2, "3": 3, "4": 4, "7": 7, "32": 32, "33": 33, "34": 34, "128": 128, "460": 460,
-            "5000": 5_000, "500000": 500_000, "500001": 500_001, "30e6": 30_000_000,
+            "500000": 500_000, "500001": 500_001, "30e6": 30_000_000,
             "1e9<<6": 10**9 << 6, "0.866": int(0.866 * (1 << WIDTH)),
             "2 pi": round(2 * pi * (1 << 33)), "quarter_turn": 1 << WIDTH - 2,
             "half_turn": 1 << WIDTH - 1, "epsilon": int(5e-7 / (2 * pi) * (1 << WIDTH)) + 1,
@@ -398,9 +398,9 @@ def _arc_plan() -> Rows:
     yield from speed_rows(("speed_plane", "speed_across"))
     yield from _turn_speed()
     yield from acceleration_rows(("acceleration_half", "acceleration_across"))
-    # An arc of less than 1 nm is 64 ticks at most. Each can add 2 nm²/s² at any acceleration.
-    yield "SUBTRACT", "gain.low", "128", "flag"
-    yield from chosen("SUBTRACT_BORROW", "gain", "zero", ("128", "gain.low", "gain.low"))
+    # An arc of less than 1 nm is 1024 ticks at most. Each can add 4 nm²/s² at any acceleration.
+    yield "SUBTRACT", "gain.low", "5000", "flag"
+    yield from chosen("SUBTRACT_BORROW", "gain", "zero", ("5000", "gain.low", "gain.low"))
     yield from nominal_rows()
     yield from tick_rows()
     yield from increment_rows()

@@ -101,7 +101,8 @@ def line_registers(depth: int) -> Registers:
     registers.another("unit_of_speed", "fastest")
     registers.word("override", init=100 << OVERRIDE_SHIFT)
     for name, value in {"1": 1, "60": 60, "1e3": 1000, "1e6": 10**6,
-                        "1e9": 10**9, "9": 9, "14": 14, "28": 28, "37": WIDTH + 1, "36": MAX_TICKS,
+                        "1e9": 10**9, "5000": 5_000, "9": 9, "14": 14, "28": 28,
+                        "37": WIDTH + 1, "36": MAX_TICKS,
                         "ones": (1 << WIDTH) - 1, "half": 1 << WIDTH - 2,
                         "0.64": (16 << WIDTH) // 25,
                         "top": 1 << SQUARED - WIDTH, "top_speed": (1 << SQUARED // 2) - 1,
@@ -239,10 +240,11 @@ def nominal_rows() -> Rows:
 def tick_rows() -> Rows:
     """Split the path into 2**ticks: from the mantissas of length x clock and speed.
 
-    Those of a slow line are 2**-7 to 2**-5 nm, or, where an axis goes further than 2**30 nm, as
-    there are 2**36 at most, up to 1.8 nm. With the least acceleration, 1 um/s², such a tick still
-    adds 7 nm²/s² to the squared speed: without an end to that the speed would stay 0. It is shorter
-    than the shortest step, and one of 2**-5 nm is shorter than two half turns of the smallest arc.
+    Those of a slow line are 2**-11 to 2**-9 nm, or, where an axis goes further than 2**26 nm, as
+    there are 2**36 at most, up to 1.8 nm. Below 5 um/s² they are 16 times as long: with the least
+    acceleration, 1 um/s², such a tick still adds 7 nm²/s² to the squared speed, and with no such
+    limit the speed would stay 0. Ticks are shorter than the shortest step, and those of 2**-5 nm
+    are shorter than two half turns of the smallest arc.
     """
     yield "NORMALISE", "scaled", "zero", "numerator"
     yield "NORMALISE", "speed", "zero", "denominator"
@@ -251,6 +253,9 @@ def tick_rows() -> Rows:
     yield "SUBTRACT", "numerator", "denominator", "flag"
     yield "SUBTRACT_BORROW", "ticks", "zero", "ticks"
     yield "ADD", "14", "28", "a"
+    yield "ADD", "9", "37", "b"
+    yield "SUBTRACT", "acceleration", "5000", "flag"
+    yield "SELECT", "a", "b", "a"
     yield from least("ticks", "a", "ticks")
     yield "SUBTRACT", "ticks", "exponent", "ticks"
     yield from least("ticks", "36", "ticks")

@@ -96,7 +96,7 @@ def check(machine: Machine, start: list[int], end: list[int], before: list[int],
         modulus = path.length * line.clock * (1 << 16) / (1 << ticks)
         assert machine.pair("modulus") in Bounds(modulus * small - 1, modulus)
         assert 0 <= ticks <= 36
-        finest = min(36, 42 - 36 + max(
+        finest = min(36, (46 if acceleration >= 5000 else 42) - 36 + max(
             abs(to - at) for to, at in zip(end, start, strict=True)).bit_length())
         assert ticks == finest or machine.pair("modulus") < 4 * speed << 16
         assert machine.pair("energy") >= 2
@@ -120,7 +120,7 @@ def check_junction(machine: Machine, unit: list[int], before: list[int]) -> None
 class TestTables:
     def test_take_their_clocks(self):
         assert {table.name: table.clocks(36) for table in TABLES} == {
-            "line": 2743, "accept": 69, "report": 755, "begin": 471, "round": 399,
+            "line": 2761, "accept": 69, "report": 755, "begin": 471, "round": 399,
             "work": 21}
 
     @pytest.mark.parametrize("seed", range(4))
@@ -165,6 +165,13 @@ class TestTables:
         check(machine, [0, 0, 0], list(end), before, 10**7)
         if way == 1 and not any(turned):
             assert machine.pair("junction") == BEYOND
+
+    @pytest.mark.parametrize(("acceleration", "ticks"), [(5000, 26), (5001, 30)])
+    def test_ticks_of_little_acceleration_are_longer(self, acceleration, ticks):
+        machine = Machine(Line(accelerations=[acceleration] * 3))
+        machine.set(feed=1000, to_x=(1 << 20) - 1)
+        machine.run("line")
+        assert machine.get("ticks") == ticks
 
     def test_the_energy_of_the_longest_path_is_what_a_profile_takes(self):
         machine = Machine(Line(speeds=[2**31 - 1] * 3, accelerations=[2**34 - 1] * 3))

@@ -109,7 +109,7 @@ class TestInstants:
         model = MachineModel(made.settings, made.driver)
         model.send("".join(f"{line}\n" for line in made.lines).encode())
         assert [pulses(steps, **made.driver) for steps in requests] == model.steps()
-        assert -10 < found.by.min() and abs(found.ticks).max() < 8
+        assert -10 < found.by.min() and abs(found.ticks).max() < 2
         assert len(found.by) > 20 and abs(found.share).max() <= 2
 
     def test_a_step_that_comes_late_is_seen(self, monkeypatch):
