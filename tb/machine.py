@@ -144,6 +144,8 @@ class Recorded:
     benchmarks : mapping of str to (str, str)
         Benchmarks whose figures are recorded, by what they are of: the words of the command but for
         that of its figures, and of one that takes half a minute, or nothing.
+    of_models : sequence of str
+        Those of them that run the models alone.
     sizes : mapping of str to (str, str)
         Builds whose resources are counted, by name: the arguments of `tools.build`, but for the
         machine, and what decides the resources, as `tools.fingerprints` names it.
@@ -163,6 +165,7 @@ class Recorded:
     """
 
     benchmarks: Mapping[str, tuple[str, str]] = field(default_factory=dict)
+    of_models: Sequence[str] = ()
     sizes: Mapping[str, tuple[str, str]] = field(default_factory=dict)
     campaign: int = 0
     faults: Mapping[str, tuple[int, int]] = field(default_factory=dict)

@@ -146,7 +146,7 @@ def parts() -> dict[str, Part]:
         Part("netlist", f"tools.netlist {_JSON}", ("netlist",),
              f"tools.netlist --machine mill {_JSON}"),
         *(part for machine in known for part in _runs(machine)),
-        *(Part(f"{what}-{machine.name}", f"{most} {_JSON}", _modelled(machine),
+        *(Part(f"{what}-{machine.name}", f"{most} {_JSON}", _modelled(machine, what),
                f"{fewer} {_JSON}" if fewer else "")
           for machine in known for what, (most, fewer) in machine.recorded.benchmarks.items()),
         *(Part(f"fuzz-{name}", f"tools.fuzz {name} --bytes 1000000 --rates 2000 {_FUZZ}",
@@ -184,9 +184,10 @@ def _runs(machine: Machine) -> Iterator[Part]:
                    (f"run {machine.name}",), f"{begin} {clocks // 50} {_STATE} {_COSIM}")
 
 
-def _modelled(machine: Machine) -> tuple[str, ...]:
-    """Name what benchmarks of a machine are of: its gateware, and its models."""
-    return (f"run {machine.name}", *[f"model {machine.name}"] * (machine.modelled is not None))
+def _modelled(machine: Machine, what: str) -> tuple[str, ...]:
+    """Name what a benchmark of a machine is of: its gateware, its models, or both."""
+    return (*[f"run {machine.name}"] * (what not in machine.recorded.of_models),
+            *[f"model {machine.name}"] * (machine.modelled is not None))
 
 
 def _faults(machine: Machine, what: str) -> Part:

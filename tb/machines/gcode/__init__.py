@@ -194,6 +194,7 @@ MACHINE = Machine(
         "arcs": ("benchmarks.arcs --arcs 2000", "benchmarks.arcs --turns 10000"),
         "load": ("benchmarks.load --seconds 60", "benchmarks.load --seconds 2"),
         "hour": ("benchmarks.load --seconds 0 --model-hours 1", "")},
+                      of_models=["instants", "planning", "arcs", "hour"],
                       sizes={"gcode": ("", "netlist nexys2-gcode")},
                       faults={"resets": (10_000, 1000), "flips": (4000, 300)},
                       unmutated="Its parts are mutated one by one.", mutated=PARTS,
