@@ -125,6 +125,18 @@ DIAGRAMS = (
         "block: blocks_valid blocks_ready outputs: tick first speed standing inside: dut.phase",
         0, 230, radix=("speed=dec",)),
     Diagram(
+        "arithmetic-unit",
+        "15 x 2, in words of 4 bits: a in the clock of `start`, b in the next; the result is the "
+        "words 1 and 14. Then the pair 5 and 1 is divided by 0, which gives all ones.",
+        "inputs: start operation data outputs: write second result done", 162, 178,
+        radix=("operation=dec", "data=dec", "result=dec")),
+    Diagram(
+        "formulas",
+        "A word is there two clocks after its `address`. Five registers are written, and a table "
+        "of 33 rows begins; while it is `busy` nothing from outside counts.",
+        "inputs: address write value start table outputs: word busy done", 4, 44,
+        radix=("address=dec", "value=dec", "table=dec", "word=dec")),
+    Diagram(
         "g-code-control",
         "A feed hold (0x21): it is resumed (0x7E) only once the machine stands. Then a hard limit: "
         "stopped in the next clock, until a reset (0x18); a lock stays after it.",

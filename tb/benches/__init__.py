@@ -7,6 +7,7 @@ from ..bench import Bench
 from ..machine import Machine
 from ..machines import machines
 from . import (
+    arithmetic,
     axis,
     blocks,
     board,
@@ -34,8 +35,8 @@ from . import (
 __all__ = ["benches", "groups"]
 
 COMPONENTS = (drive, motion, control, guard, orders, order_ledger, panel, axis, gantry, targets,
-              ramp, profile, plan, walk, strings, blocks, gcode_control, serial_line, protocol,
-              gcode_gate, gcode_parts)
+              ramp, profile, plan, walk, strings, arithmetic, blocks, gcode_control, serial_line,
+              protocol, gcode_gate, gcode_parts)
 
 
 def groups() -> Mapping[str, Sequence[Bench]]:

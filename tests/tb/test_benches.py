@@ -17,7 +17,7 @@ import pytest
 from amaranth import Module, Value
 from amaranth.lib import wiring
 
-from fresa import drive, machines, motion, panel, protocol
+from fresa import arithmetic, drive, machines, motion, panel, protocol
 from fresa.drive import FrequencyDivider
 from fresa.motion import GuardedController, ManualControl, NumericalController
 from fresa.panel import Monitor, SevenSegment
@@ -109,7 +109,7 @@ def test_it_passes_and_its_waveform_can_be_read(name, tmp_path, monkeypatch):
 def test_every_component_and_machine_has_a_bench():
     words = r"(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])"
     modules = [importlib.import_module(f"{room.__name__}.{found.name}")
-               for room in (drive, motion, protocol, panel, machines)
+               for room in (arithmetic, drive, motion, protocol, panel, machines)
                for found in pkgutil.iter_modules(room.__path__)]
     names = {re.sub(words, "-", name).lower() for module in modules for name in module.__all__
              if inspect.isclass(part := getattr(module, name))

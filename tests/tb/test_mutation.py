@@ -423,7 +423,7 @@ class TestBenches:
     # contract alone.
     @pytest.mark.parametrize("name", [name for name in components() if name not in (
         "guard", "serial_orders", "search", "stop", "gcode_interpreter", "gcode_planner",
-        "block_motion", "arithmetic_unit", "formulas")])
+        "block_motion")])
     def test_every_component_has_one(self, name):
         assert bench_of(kind_of(components()[name])) is not None
 

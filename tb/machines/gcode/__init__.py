@@ -149,7 +149,8 @@ PARTS = (
     "backlash_compensator", "core_xy", "gcode_homing", "gcode_probing", "gcode_control", "realtime",
     "line_buffer", "contact_filter", "fixed_point", "gcode_reader", "gcode_gate", "gcode_line",
     "gcode_lister", "gcode_reporter", "gcode_settings", "spindle_power", "power_pwm", "servo_pulse",
-    "stored_lines", "stored_program", "thesis", "gcode_coordinates", "unit_converter")
+    "stored_lines", "stored_program", "thesis", "gcode_coordinates", "unit_converter",
+    "arithmetic_unit", "formulas")
 """Those of its components that have a bench and that neither mill, single nor positioner has."""
 
 DIAGRAMS = (

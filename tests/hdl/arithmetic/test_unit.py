@@ -6,41 +6,28 @@ import random
 
 import pytest
 
-from fresa.arithmetic import ArithmeticUnit, Operation
+from fresa.arithmetic import ArithmeticUnit
+from tb.benches.arithmetic import operations
 from tb.boards import component
 from tb.engines import AmaranthEngine, CXXRTLEngine
-from tb.models.arithmetic import compute
 
 
 def check(engine, width: int, rng: random.Random, rounds: int) -> None:
     """Compute so often, with operands of all lengths, and compare words, flag and clocks."""
-    flag = 0
-    for _ in range(rounds):
-        operation = rng.choice(list(Operation))
-        high, low, b = (rng.getrandbits(rng.randint(0, width)) for _ in range(3))
-        if operation.name.startswith("SHIFT"):
-            b = rng.choice([rng.randint(0, width + 4), rng.randrange(2 << width.bit_length())])
-        if operation is Operation.RATIO:
-            b = max(1, b)
-            high %= 2 * b
-        if operation is Operation.REMAINDER:
-            b = max(1, b)
-            high %= b
-        words, after = compute(operation.name, high, low, b, flag, width=width)
-        engine.set(start=1, operation=operation.value, data=high)
+    for made in operations(rng, width, rounds):
+        engine.set(start=1, operation=made.operation.value, data=made.high)
         engine.run(1)
-        engine.set(start=0, data=b)
+        engine.set(start=0, data=made.b)
         engine.run(1)
-        engine.set(data=low)
-        engine.run(operation.steps(width) + 1)
-        for second, word in enumerate(words):
+        engine.set(data=made.low)
+        engine.run(made.operation.steps(width) + 1)
+        for second, word in enumerate(made.words):
             assert engine.get("write", "second") == (1, second)
-            assert engine.get("done") == (second + 1 == operation.words)
+            assert engine.get("done") == (second + 1 == made.operation.words)
             if word is not None:
-                assert engine.get("result") == word, (operation, high, low, b, flag)
+                assert engine.get("result") == word, made
             engine.run(1)
         assert engine.get("write") == 0
-        flag = after
 
 
 class TestUnit:
