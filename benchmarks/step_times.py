@@ -57,7 +57,7 @@ examples:
 """
 
 MOST_APART = 2
-"""Clocks from its ideal instant in which the tick of a step comes."""
+"""Clocks from its instant within which the tick of a step comes, and a motion from rest begins."""
 
 PERCENT = (50, 99, 99.9)
 """Parts of all steps of which figures say how far apart at most they are."""

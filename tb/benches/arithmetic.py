@@ -36,7 +36,6 @@ def operations(rng: random.Random, width: int, rounds: int) -> Iterator[Computed
         high, low, b = (rng.getrandbits(rng.randint(0, width)) for _ in range(3))
         if operation.name.startswith("SHIFT"):
             b = rng.choice([rng.randint(0, width + 4), rng.randrange(2 << width.bit_length())])
-            b %= 1 << width
         if operation is Operation.RATIO:
             b = max(1, b)
             high %= 2 * b

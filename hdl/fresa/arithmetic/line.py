@@ -252,6 +252,7 @@ def tick_rows() -> Rows:
     yield "SUBTRACT", "ticks", "numerator.low", "ticks"
     yield "SUBTRACT", "numerator", "denominator", "flag"
     yield "SUBTRACT_BORROW", "ticks", "zero", "ticks"
+    # What `ticks` and `exponent` are together at most: 42 for 2**-7 nm, 46 for 2**-11 nm.
     yield "ADD", "14", "28", "a"
     yield "ADD", "9", "37", "b"
     yield "SUBTRACT", "acceleration", "5000", "flag"
