@@ -5,9 +5,12 @@
 import random
 import re
 
+import numpy as np
 import pytest
 
+from benchmarks.ideal import ideal
 from benchmarks.step_times import Path1D, deviations, plan, program
+from fresa.clock import CLOCK
 from fresa.motion import SpeedProfile
 from tb.bench import Run
 from tb.benches.profile import FRACTION, SMALL, SPEED, any_blocks, compare_profile
@@ -22,6 +25,18 @@ def compare(clocks, blocks, exits, **others) -> None:
         await compare_profile(run, ctx, dut, clocks, blocks, exits, **others)
 
     run.simulate(dut, test)
+
+
+def brief_path(rng: random.Random) -> Path1D:
+    """Return a path whose acceleration takes 1/3 to 5 ms, with a top speed or without."""
+    acceleration = int(10**rng.uniform(8, 10.2))
+    seconds = 10**rng.uniform(-3.477, -2.3)
+    peak = acceleration * seconds
+    level = rng.random() < 0.5
+    path = Path1D(int(256 * peak * seconds * (rng.uniform(1, 3) if level else 1)), acceleration,
+                  int(peak * (1 if level else rng.uniform(1, 3))) + 1)
+    block = path.block()
+    return path if block.energy > 1 and 3 <= block.log2_ticks <= 17 else brief_path(rng)
 
 
 class TestSpeedProfile:
@@ -78,13 +93,27 @@ class TestModel:
         assert -2 < found.least < found.most < 2
         assert found.clocks > 10_000 and len(found.ends) == blocks
 
-    @pytest.mark.parametrize(("microseconds", "apart"), [(118, 9), (300, 4), (1000, 1.5)])
+    @pytest.mark.parametrize(("microseconds", "apart"), [
+        (1, 200), (3, 200), (10, 200), (30, 100), (118, 9), (300, 4), (1000, 1.5)])
     def test_where_granules_are_over_early_ticks_are_few_clocks_apart(self, microseconds, apart):
         acceleration = 17 * 10**9
         speed = acceleration * microseconds // 10**6
         path = Path1D(length=speed * 256 // 500, acceleration=acceleration, speed=speed)
         found = deviations([path], [0], samples=1 << 20)
         assert -apart < found.least < found.most < apart
+
+    @pytest.mark.parametrize("seed", range(10))
+    def test_granules_end_within_three_clocks_from_a_third_of_a_millisecond_on(self, seed):
+        path = brief_path(random.Random(seed))
+        block = path.block()
+        model = ProfileModel([(block, 0)], lambda *_: 0, fraction_bits=16)
+        granules = list(model.granules())
+        ticks = np.cumsum([granule.size for granule in granules])
+        ended = np.array([granule.ended - granules[0].began for granule in granules])
+        unit = np.longdouble(path.length) / 256 * CLOCK / (1 << block.log2_ticks)
+        by = ended - ideal(block, unit, 0, 0, ticks)
+        assert ticks[-1] == 1 << block.log2_ticks
+        assert -3 < by.min() < by.max() < 3
 
 
 class TestParameters:
