@@ -5,6 +5,7 @@ import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from fresa_boards.board import Board
 from fresa_boards.flow import run
@@ -12,7 +13,7 @@ from fresa_boards.programs import ProgramError, last_words
 
 from .console import FIRST_TIME, Progress, UserError
 
-__all__ = ["Made", "check_programs", "make"]
+__all__ = ["Made", "check_programs", "check_room", "make"]
 
 _EARLY = re.compile(r"Info:\s+hold\s+\S+\s+-")  # the time of a hold, and the slack with it
 
@@ -83,7 +84,7 @@ def make(board: Board, name: str, files: Mapping[str, bytes], *, bitstream: bool
         _run(synthesis, folder)
         progress.advance()
         resources = flow.count(folder, name)
-        _check_room(board, name, resources)
+        check_room(board, name, resources)
         facts: dict = {"resources": resources,
                        "tools": flow.versions([synthesis, route, pack][:3 if bitstream else 1])}
         if not bitstream:
@@ -129,9 +130,16 @@ def _run(command: list[str], folder: Path) -> None:
         raise ProgramError(f"{command[0]} failed: {last_words(''.join(log))}")
 
 
-def _check_room(board: Board, name: str, resources: Mapping[str, int]) -> None:
+def check_room(board: Board, name: str, resources: Mapping[str, Any]) -> None:
+    """Refuse what a board has no room for.
+
+    Raises
+    ------
+    UserError
+        If more of a resource is used than its FPGA has.
+    """
     for resource, used in resources.items():
-        has = getattr(board.capacity, resource)
-        if used > has:
+        has = getattr(board.capacity, resource, None)
+        if has is not None and used > has:
             raise UserError(f"{name} takes {used} {resource.replace('_', ' ')} and {board.name} "
                             f"has {has}: choose a larger board, or leave options out")

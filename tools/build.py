@@ -178,6 +178,8 @@ def main(argv: list[str] | None = None) -> int:
     elif args.report:
         with Progress(PASSES, "passes", f"counting resources{FIRST_TIME}") as progress:
             resources = synthesise(built.rtlil, built.top, progress.advance)
+        if board:
+            bitstream.check_room(board, built.top, vars(resources))
         facts |= {"resources": resources.facts(), "capacity": vars(capacity)}
         write({})
         counted = vars(resources), resources.tool

@@ -73,8 +73,10 @@ ALARMS = {
     7: "homing was ended by the door",
     8: "homing did not leave a limit switch",
     9: "homing did not find a limit switch",
+    10: "the emergency stop was pressed; the position may be wrong: home again",
+    17: "a motor driver reported a fault; the position may be wrong: home again",
 }
-"""What GRBL's alarm codes mean."""
+"""What alarm codes mean: those of GRBL, and two for inputs that it has not."""
 
 
 class BlockRefused(Refused):

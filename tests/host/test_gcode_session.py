@@ -140,6 +140,14 @@ def test_a_line_may_take_long_while_the_machine_reports(line, text, seconds, sta
         operation.result()
 
 
+@pytest.mark.parametrize("code", [*range(1, 11), 17])
+def test_alarms_say_what_they_are(line, code):
+    line.hear(b"ALARM:%d\r\n" % code)
+    with pytest.raises(Alarmed) as caught:
+        line.begin(line.session.ask("$X")).result()
+    assert caught.value.code == code and "does not say more" not in str(caught.value)
+
+
 def test_an_alarm_is_raised_once(line):
     operation = line.stream("G1 X1000", "X2")
     line.hear(b"ALARM:2\r\n")

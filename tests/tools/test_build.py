@@ -313,6 +313,15 @@ class TestNexys2:
         built = mill.build_mill("nexys2-500", timing=MillTiming.real(step_rate=50))
         assert from_rtlil(built.rtlil).encode() == built.files["mill.v"].rstrip() + b"\n"
 
+    def test_what_has_no_room_is_an_error(self, tmp_path, small, monkeypatch, capsys):
+        monkeypatch.setattr(build, "synthesise", lambda *_: Resources(1, 0, 1, 21, 0, "nothing"))
+        order = ("--image", small, "-o", tmp_path / "out")
+        assert run(*order) == 2
+        out, err = capsys.readouterr()
+        assert err.endswith("error: mill takes 21 block rams and nexys2-500 has 20: choose a "
+                            "larger board, or leave options out\n") and "next:" not in out
+        assert run("--board", "nexys2-1200", *order) == 0
+
     def test_wrong_cut_is_an_error(self, tmp_path, small, monkeypatch):
         source = mill.simulate.__globals__["ready_to_mill"].__globals__
         right = source["CoordinateGenerator"]

@@ -100,10 +100,11 @@ def main(argv: list[str] | None = None) -> int:
                              "steps or the serial line need it)")
     parser.add_argument("--engine", metavar="NAME", choices=["cxxrtl", "amaranth"],
                         help="see below (default: the fastest available)")
-    # It runs a program that comes on the line, and nothing else; pins are those of axes.
+    # It runs a program of GRBL's dialect that comes on the line, and nothing else; pins are those
+    # of axes.
     add_options(parser.add_argument_group("machine"), (
         option for option in MACHINE.options
-        if option.name not in ("program", "kinematics", "startup")))
+        if option.name not in ("dialect", "program", "kinematics", "startup")))
     args = parser.parse_args(argv)
 
     check_outputs(args.file, pictures=[args.png], others=[args.json, args.vcd])
@@ -229,10 +230,14 @@ def _settings(clock: int | None, values: dict[str, Any]) -> GCodeSettings:
         try:
             settings: GCodeSettings = MACHINE.real(hertz, **values)["settings"]
             _ = settings.bit  # raises it too
-            return settings
+            break
         except ValueError as error:
             reason = str(error)
-    raise UserError(f"a machine with these options cannot be simulated: {reason}")
+    else:
+        raise UserError(f"a machine with these options cannot be simulated: {reason}")
+    if any(settings.store.get(220 + axis) for axis in range(AXES)):
+        raise UserError("steps that take up backlash are not of the path: leave $220 to $222 out")
+    return settings
 
 
 def _ask(blocks: Sequence[tuple[int, str]], settings: GCodeSettings

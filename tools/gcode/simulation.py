@@ -33,7 +33,7 @@ class Steps:
     Attributes
     ----------
     clock : array of int64
-        Clocks with a rising edge of STEP, ascending.
+        Clocks in which a pulse of STEP begins, ascending.
     change : array of int8, shape (rows, 3)
         The step of each axis in that clock: 1, -1, or 0 for none.
     """
@@ -119,12 +119,14 @@ class Simulation(Sender):
         self._high = self._second_high = 0
         self._clocks, self._masks = array("q"), bytearray()
         self._end = np.zeros(AXES, np.int64)
+        self._idle = np.uint8(settings.store.get(2, 0))
         self._inverted = np.uint8(settings.store.get(3, 0))
-        # Switches that open when they are met are closed while nothing is met.
-        closed = int(settings.store.get(5, 0))
+        # Contacts that open when they are met are closed while nothing is met.
+        closed, others = int(settings.store.get(5, 0)), int(settings.store.get(202, 0))
         second = {"second_limit": closed} if settings.second_axis is not None else {}
         super().__init__(engine, settings, outputs_of(settings),
-                         limits=((1 << AXES) - 1) * closed, **second)
+                         limits=((1 << AXES) - 1) * closed, stop=others & 1,
+                         door=others >> 1 & 1, motor_fault=others >> 2, **second)
 
     def end(self) -> NDArray[np.int64]:
         """Return where the motors are, in steps from where they began."""
@@ -139,7 +141,7 @@ class Simulation(Sender):
         return Steps(np.frombuffer(self._clocks, np.int64), change)
 
     def _follow(self, clocks: NDArray[np.int64], rows: dict[str, NDArray]) -> None:
-        step = rows["step"].astype(np.uint8)
+        step = rows["step"].astype(np.uint8) ^ self._idle
         rises = step & ~np.concatenate([[np.uint8(self._high)], step[:-1]])
         self._high = int(step[-1])
         where = np.flatnonzero(rises)
@@ -159,7 +161,7 @@ class Simulation(Sender):
 
     def _compare(self, axis: int, rows: dict[str, NDArray], rises: NDArray, ahead: NDArray) -> None:
         """Count the steps that the motors of an axis do not make together."""
-        step = rows["second_step"].astype(np.uint8)
+        step = rows["second_step"].astype(np.uint8) ^ (self._idle >> axis & 1)
         second = step & ~np.concatenate([[np.uint8(self._second_high)], step[:-1]])
         self._second_high = int(step[-1])
         first = rises >> axis & 1

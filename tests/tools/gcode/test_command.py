@@ -76,8 +76,11 @@ class TestGateware:
             assert image.size[0] == 1200
 
     @pytest.mark.long
-    def test_directions_and_switches_that_are_inverted(self, program):
-        assert run(program, *MACHINE, "--settings", "3=5,5=1") == 0
+    def test_pins_that_are_inverted(self, tmp_path, program):
+        assert run(program, *MACHINE, "--settings", "2=6,3=5,5=1,202=7", "--json",
+                   tmp_path / "a.json") == 0
+        facts = json.loads((tmp_path / "a.json").read_text())
+        assert facts["steps"] == {"x": 2 * 4 * 80 + 2 * 80, "y": 4 * 40, "z": 250}
 
     def test_from_standard_input(self, monkeypatch, capsys):
         monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO(b"G91 G0 X.1\r\nX-.1\r\n")))
@@ -120,7 +123,7 @@ class TestGateware:
             self, tmp_path, program, monkeypatch, capsys):
         program.write_text("G91 G1 X1 Y-0.5 F3000\nY0.3\n")
         gantry = (program, *MACHINE, "--second-motor", "y")
-        assert run(*gantry, "--settings", "3=10,5=1", "--json", tmp_path / "a.json",
+        assert run(*gantry, "--settings", "2=2,3=10,5=1", "--json", tmp_path / "a.json",
                    "--vcd", tmp_path / "a.vcd") == 0
         assert "the two motors of y made all steps together" in capsys.readouterr().out
         facts = json.loads((tmp_path / "a.json").read_text())
@@ -165,6 +168,8 @@ class TestWrong:
         (["probes"], "line 1: the path behind 'G38.3 Z-1 F60' is not known here"),
         (["good", "--settings", "22"], "--settings must be such as 22=1,130=300, not '22'"),
         (["good", "--settings", "100=80"], "$100 has a setting of its own"),
+        (["good", "--settings", "221=0.1"], "leave $220 to $222 out"),
+        (["good", "--dialect", "thesis"], "unrecognized arguments: --dialect thesis"),
         (["good", "--settings", "20=1"], "$20, soft limits, needs $22, homing"),
         (["good", "--clock", "1"], "must be a whole number from 2000000"),
         ([], "the following arguments are required: FILE"),
