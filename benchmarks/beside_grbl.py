@@ -276,7 +276,7 @@ def rows(progress: Callable[[], object] = lambda: None) -> Iterator[Row]:
         yield Row(f"lines a second, {name}", f"{_many(lines)}, at 1 Mbaud and 16 MHz",
                   "`benchmarks.load`", f"at most {_many(most)}, at {_many(grbl.BAUD)} baud",
                   "its line: config.h")
-    yield Row("steps a second, of each of three axes", f"at least {_many(gcode.RATE)}",
+    yield Row(f"steps a second, of each of three axes, at {gcode.PER_MM} steps/mm", f"at least {_many(gcode.RATE)}",
               "`benchmarks.gcode`, which fails below that", _many(grbl.STEPS_PER_S),
               "README.md, stepper.c")
     yield from jitter()

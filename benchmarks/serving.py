@@ -2,7 +2,7 @@
 
     python -m benchmarks.serving [SECONDS]
 
-Each machine is built as `tools.serve` builds it. For some simulated seconds (5 by default) its line
+Each machine is built as `tools.serve` builds it by default. For some simulated seconds (5 by default) its line
 is quiet, then it gets one legal line after the other, by chance, a quarter of a second apart, and
 obeys them. Both are run twice, clock by clock and with stretches of clocks made at once. Prints
 clocks per second of processor time of each, their ratio, and how many times as fast as real time
@@ -16,9 +16,6 @@ import time
 from tb.engines import CXXRTLEngine
 from tb.uart import SerialLine
 from tools.serve.machines import CLOCK, Served, servable
-
-#: Clocks per bit of its line.
-BIT = 16
 
 #: Seconds from the beginning of a line to that of the next.
 GAP_S = 0.25
@@ -34,9 +31,10 @@ def lines(served: Served, seconds: float) -> list[bytes]:
 
 def speeds(served: Served, seconds: float, *, stretches: bool) -> tuple[float, float]:
     """Return the clocks per second of a quiet machine, and of one that is sent lines."""
-    with CXXRTLEngine(served.design(CLOCK, CLOCK // BIT), stretches=stretches) as engine:
+    baud = served.how.baud
+    with CXXRTLEngine(served.design(CLOCK, baud), stretches=stretches) as engine:
         engine.set(**served.how.levels)
-        line = SerialLine(engine, BIT)
+        line = SerialLine(engine, CLOCK // baud)
         line.run(CLOCK // 10)
         made = []
         texts = lines(served, seconds)

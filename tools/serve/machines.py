@@ -21,8 +21,9 @@ from .planted import Plant, PlantedEngine
 
 __all__ = ["Served", "build", "servable"]
 
-#: Of the clocks that machines are made for one of the slowest, in Hz.
-CLOCK = 2_457_600
+#: Of the clocks that machines are made for one of the slowest, in Hz: whole clocks a bit at every
+#: common speed of a line up to 115 200 baud.
+CLOCK = 2_073_600
 #: Clocks per bit on the slow engine: as few as a receiver can work with.
 SLOW_BIT = 16
 

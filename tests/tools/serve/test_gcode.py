@@ -66,6 +66,22 @@ def test_on_a_board_these_are_those_that_have_a_pin(name):
         *served.design(2_457_600, 115_200).inputs}
 
 
+@pytest.mark.compiler
+@pytest.mark.usefixtures("machine")
+def test_the_session_of_the_page(gcode):
+    page = (ROOT / "docs" / "gcode.md").read_text(encoding="utf-8")
+    session = re.findall(r"```\n(\?\n.*?)```", page, re.S)
+    assert len(session) == 1
+    lines = session[0].encode().splitlines()
+    with serial.serial_for_url(gcode, timeout=PATIENCE) as port:
+        for typed, answer in zip(lines[::2], lines[1::2], strict=True):
+            seen = b""
+            while not seen.startswith(answer.partition(b"|FS")[0]):
+                assert not seen or seen.startswith(b"<Run")
+                port.write(typed if typed == b"?" else typed + b"\r")
+                seen = port.readline().strip()
+
+
 @pytest.mark.parametrize(("machine", "board", "why"), [
     ("mill", "icepi-zero", "always served on a Nexys 2"),
     ("vplotter", "icebreaker", "has no pins")])
