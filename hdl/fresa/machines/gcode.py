@@ -1010,14 +1010,17 @@ class GCode(MachineComponent):
         # need no choice.
         latched = [Signal(signed(36), name=f"latched_{name}") for name in AXIS_NAMES]
         latched_one = latched[0] | latched[1] | latched[2]
-        m.submodules.kinematics = kinematics = KINEMATICS[self.settings.kinematics]()
+        kinematics = KINEMATICS[self.settings.kinematics]()
         m.d.comb += [kinematics.step.eq(motion.step & ~blocked
                                          & (~self.fault).replicate(AXES)),
                      kinematics.direction.eq(motion.direction)]
         made.append(~kinematics.busy)
+        # Behind a stop the profile may still run when a reset comes. What it requests until it is
+        # flushed, two clocks later, is dropped as well.
         stopped, drops = Signal(), Signal()
         m.d.sync += [stopped.eq(control.stop | self.fault),
                      drops.eq(control.stop | self.fault | restarts)]
+        m.submodules.kinematics = ResetInserter(drops)(kinematics)
         enabled = Signal()
         m.d.sync += enabled.eq(powered)  # where it comes from is far
         tick = Signal()  # steps that take up backlash are this far apart
@@ -1040,7 +1043,7 @@ class GCode(MachineComponent):
             else:
                 driver = StepDirDriver(**times, adjustable=True)
                 halted, dropped = stopped, drops
-            m.submodules[f"pending_{name}"] = ResetInserter(halted | renewed)(pending)
+            m.submodules[f"pending_{name}"] = ResetInserter(dropped)(pending)
             m.submodules[f"driver_{name}"] = driver
             position = Signal(signed(36), name=f"position_{name}")
             backlash = BacklashCompensator(max_backlash=MAX_BACKLASH)

@@ -16,7 +16,8 @@ import pytest
 from fresa.machines.gcode import GCode, GCodeSettings
 from tb.boards import component
 from tb.design import Design
-from tb.engines import CXXRTLEngine, Engine
+from tb.engines import Changes, CXXRTLEngine, Engine
+from tb.machines.gcode import SHORT
 from tb.models.gcode_language import Interpreter, RefusedLine, words
 from tb.models.protocol import bits
 from tb.uart import Decoder
@@ -267,6 +268,57 @@ def test_switches_stop_at_once(session, pin, alarm):
     session.send("\x18", wait=False)
     assert session.send("G0X0\n$X\nG0X0\n") == ["error:9", UNLOCKED, "ok", "ok"]
     assert session.at(0, 0, 0)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("contact", ["limits", "stop", "motor_fault"])
+def test_a_stop_and_a_reset_in_any_clock(contact):
+    """A contact is on around the time of a step, and a reset comes at any time between two.
+
+    In the clock after it is on, the alarm shows. From three clocks after it no step begins until
+    one is ordered, though the profile is not at rest when the reset comes.
+    """
+    settings = replace(SHORT, max_rate=(Fraction(12_000),) * 3)
+    period = settings.clock * 60 // (12_000 * STEPS)
+    found = []
+    with CXXRTLEngine(component("gcode", GCode(settings=settings))) as engine:
+        decoder, text, stepped = Decoder(settings.bit), "", False
+
+        def run(clocks: int, **until: int) -> Changes:
+            nonlocal text, stepped
+            seen = engine.run(clocks, ("step", "alarm", "tx"), until=until)
+            for clock, tx in zip(seen.clock.tolist(), seen["tx"].tolist(), strict=True):
+                text += decoder.feed(clock, tx).decode()
+            stepped |= bool(seen["step"].any())
+            return seen
+
+        def send(line: bytes) -> None:
+            for level in (level for byte in line for level in bits(byte)):
+                engine.set(rx=level)
+                run(settings.bit)
+
+        engine.set(rx=1)
+        run(10_000)
+        for number in range(period + 2):
+            send(b"G91G1X%dF%d\n" % (100 * (-1)**number, 12_000 - number))
+            run(60_000)
+            run(2 * period, step=0)
+            run(2 * period, step=1)
+            after = period + 4 - number % (2 * settings.filter)
+            run(after)
+            engine.set(**{contact: 1})
+            seen = run(1_000)
+            on = int(seen.clock[np.flatnonzero(seen["alarm"])[0]]) - 1
+            rises = seen.clock[np.diff(seen["step"].astype(int), prepend=0) > 0]
+            found.append(int(max((*rises, on - period)) - on))
+            engine.set(**{contact: 0})
+            text, stepped = "", False
+            run((number - after) % (period + 2))
+            send(b"\x18$X\n")
+            run(25_000)
+            assert not stepped and f"{UNLOCKED}\r\nok" in text, number
+        assert not engine.get("fault")
+    assert 0 <= max(found) <= 3 and len({*found}) > settings.filter // 2
 
 
 def test_power_stays_until_the_pulses_of_all_motors_have_ended(session):
