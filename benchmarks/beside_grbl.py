@@ -276,9 +276,9 @@ def rows(progress: Callable[[], object] = lambda: None) -> Iterator[Row]:
         yield Row(f"lines a second, {name}", f"{_many(lines)}, at 1 Mbaud and 16 MHz",
                   "`benchmarks.load`", f"at most {_many(most)}, at {_many(grbl.BAUD)} baud",
                   "its line: config.h")
-    yield Row(f"steps a second, of each of three axes, at {gcode.PER_MM} steps/mm", f"at least {_many(gcode.RATE)}",
-              "`benchmarks.gcode`, which fails below that", _many(grbl.STEPS_PER_S),
-              "README.md, stepper.c")
+    yield Row(f"steps a second, of each of three axes, at {gcode.PER_MM} steps/mm",
+              f"at least {_many(gcode.RATE)}", "`benchmarks.gcode`, which fails below that",
+              _many(grbl.STEPS_PER_S), "README.md, stepper.c")
     yield from jitter()
     yield Row("speed changes in a ramp every", f"{gcode.GRANULE / CLOCK * 1e6:.2f} us, or a tick",
               "[profile](../hdl/fresa/motion/profile.py)", f"{_many(grbl.SEGMENT_S * 1e6)} us",

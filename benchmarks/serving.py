@@ -2,11 +2,11 @@
 
     python -m benchmarks.serving [SECONDS]
 
-Each machine is built as `tools.serve` builds it by default. For some simulated seconds (5 by default) its line
-is quiet, then it gets one legal line after the other, by chance, a quarter of a second apart, and
-obeys them. Both are run twice, clock by clock and with stretches of clocks made at once. Prints
-clocks per second of processor time of each, their ratio, and how many times as fast as real time
-the slower of both is with stretches, on one core.
+Each machine is built as `tools.serve` builds it by default. For some simulated seconds (5 by
+default) its line is quiet, then it gets one legal line after the other, by chance, a quarter of a
+second apart, and obeys them. Both are run twice, clock by clock and with stretches of clocks made
+at once. Prints clocks per second of processor time of each, their ratio, and how many times as
+fast as real time the slower of both is with stretches, on one core.
 """
 
 import random

@@ -368,8 +368,8 @@ line that was asked for, and how far from the bowed one of the thesis.""", ("lin
     _Section("Contracts", """\
 The properties of each component, proved for every sequence of inputs and for unbounded time, with
 reset in any clock: a base case from power-up, and induction over k clocks. A cover reaches every
-premise. That a property can fail is shown by a mutant of the design that breaks it; lemmas are
-there for an induction, and need none.""",
+premise. A mutant of the design that breaks it, where one is named, shows that a property can fail;
+lemmas are there for an induction, and need none.""",
              ("proofs", "kills"), _contracts, apart=True),
     _Section("The thesis's blocks in VHDL", """\
 Written from the text of the thesis, and compared with the gateware: in step under GHDL, and by

@@ -93,6 +93,13 @@ class TestModel:
         assert -2 < found.least < found.most < 2
         assert found.clocks > 10_000 and len(found.ends) == blocks
 
+    def test_a_thousand_short_blocks_are_off_by_no_more(self):
+        rng = random.Random(0)
+        paths = [Path1D(256 * rng.randrange(20_000, 60_000), 2 * 10**9, 200_000_000)
+                 for _ in range(1000)]
+        found = deviations(paths, plan(rng, paths), samples=1)
+        assert max(map(abs, found.ends)) < 2
+
     @pytest.mark.parametrize(("microseconds", "apart"), [
         (1, 200), (3, 200), (10, 200), (30, 100), (118, 9), (300, 4), (1000, 1.5)])
     def test_where_granules_are_over_early_ticks_are_few_clocks_apart(self, microseconds, apart):
