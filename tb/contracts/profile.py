@@ -129,7 +129,7 @@ def _plan(c: Contract, dut: SpeedProfile, state, square: Bits, brake: Bits, chan
         ~state("CORRECT") | (x == excess) & (c.signal("beyond") == beyond),
         ~state("SUM") | adds(Mux(beyond, excess, 0), Mux(none, change, square), 0),
         ~state("DIFFERENCE", "LIMIT", "CORRECT", "SUM") | (square == goal[:len(square)]),
-        ~state("CORRECT", "SUM") | (none == (c.signal("from_rest") & ~rises)),
+        ~state("CORRECT", "SUM") | (none == (~rises & (c.signal("from_rest") | held & ~beyond))),
         ~state("SPEND") | adds(brake, change, 1),
         ~state("ROOT") | (y == change) & c.signal("subtract") & ~c.signal("carry"),
         c.signal("sums") == state("SUM")),
@@ -150,9 +150,12 @@ def _plan(c: Contract, dut: SpeedProfile, state, square: Bits, brake: Bits, chan
                 cover=state("READY"), lemma=True)
     missing, digits = c.signal("root.missing"), len(c.part("root").root)
     waits = state("WAIT", "READY")
-    known_now = (state("ROOT") & (missing < digits - 1)) | waits
+    last = c.signal("none") & ~c.signal("from_rest")  # of a hold
+    whole = Mux(last, max(0, digits - 3), digits)
+    known_now = (state("ROOT") & c.past(state("ROOT"))) | waits
     c.invariant("root-in-step", "The root takes as long as its state.", _all(
-        ~state("SPEND") | (missing == digits), ~state("ROOT") | (missing < digits)),
+        ~state("SPEND") | (missing == whole),
+        ~state("ROOT") | (missing < whole) | (missing == 0)),
         cover=state("ROOT"), lemma=True)
     c.implication("rest-is-0", "It is known whether the speed is 0.",
                   when=known_now | ~state("SPEND", "ROOT"),
@@ -268,7 +271,7 @@ def _all(*values) -> Bits:
 
 PROFILE = Component(
     make=SpeedProfile, describe=describe, depth=42,
-    cases=(Case({"speed_bits": 2, "fraction_bits": 1, "most_ticks_log2": 2, "brake_bits": 6}),
+    cases=(Case({"speed_bits": 2, "fraction_bits": 3, "most_ticks_log2": 2, "brake_bits": 6}),
            Case({}, real=True),
-           Case({"speed_bits": 2, "fraction_bits": 1, "most_ticks_log2": 2, "brake_bits": 6},
+           Case({"speed_bits": 2, "fraction_bits": 3, "most_ticks_log2": 2, "brake_bits": 6},
                 upset=True)))

@@ -13,15 +13,18 @@ def describe(c: Contract, dut: SquareRoot) -> None:
     """The root is exact, rounded down, after as many clocks as it has digits."""
     digits = len(dut.root)
     radicand = c.keep(len(dut.radicand), name="radicand")
+    eighth = c.keep(1, name="eighth")
     left = c.keep(range(digits + 1), name="digits_left")
     with c.m.If(c.rst):
-        c.m.d.sync += [radicand.eq(0), left.eq(0)]
+        c.m.d.sync += [radicand.eq(0), eighth.eq(0), left.eq(0)]
     with c.m.Elif(dut.start):
-        c.m.d.sync += [radicand.eq(dut.radicand >> dut.halve), left.eq(digits)]
+        c.m.d.sync += [radicand.eq(dut.radicand >> dut.halve), eighth.eq(dut.eighth),
+                       left.eq(Mux(dut.eighth, max(0, digits - 3), digits))]
     with c.m.Elif(left != 0):
         c.m.d.sync += left.eq(left - 1)
-    number = radicand << 2 * dut.fraction_bits
-    made = (digits - left)[:len(left)]
+    whole = radicand << 2 * dut.fraction_bits
+    number = Mux(eighth, whole >> 6, whole)
+    made = (Mux(eighth, max(0, digits - 3), digits) - left)[:len(left)]
     done = number >> (left << 1)
 
     c.implication("root-is-exact", "The square of the root is not above the radicand, and that of "
@@ -34,7 +37,8 @@ def describe(c: Contract, dut: SquareRoot) -> None:
                   when=c.past(~dut.busy & ~dut.start & ~c.rst) & c.past(1),
                   then=~dut.busy & (dut.root == c.past(dut.root)))
     rest, below, to_come = c.signal("rest"), c.signal("below"), Mux(
-        left > dut.fraction_bits, (number << (made << 1))[2 * dut.fraction_bits:2 * digits], 0)
+        left + Mux(eighth, min(3, digits), 0) > dut.fraction_bits,
+        (whole << (made << 1))[2 * dut.fraction_bits:2 * digits], 0)
     remains = rest + Mux(rest < 0, (dut.root << 1) + 1, 0)
     c.invariant("rest-is-what-is-missing", "What remains, and the square of the digits so far, are "
                 "the digits of the radicand that were brought down.",

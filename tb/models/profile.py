@@ -132,6 +132,7 @@ class ProfileModel:
         self.fraction_bits = fraction_bits
         self.backlog = 1 << speed_bits + fraction_bits + 1
         self.latency = 16 + speed_bits + fraction_bits
+        self.saved = min(3, speed_bits + fraction_bits)  # by an eighth of a root
         self.taken: list[int] = []
         self.starved: list[int] = []
         self.late = 0
@@ -194,9 +195,13 @@ class ProfileModel:
             goal = 0 if hold else min(self.nominals(number, decided + SAMPLED_NOMINAL),
                                       self.exits(number, sampled) + brake - change)
             goal = min(max(goal, square - change), square + change)
-            new = self.root(goal if square or goal else change // 2)
+            latency = self.latency
+            if hold and 0 < square < change:
+                new, latency = self.root(change // 2) >> 3, latency - self.saved
+            else:
+                new = self.root(goal if square or goal else change // 2)
 
-            began = max(ended, decided + self.latency)
+            began = max(ended, decided + latency)
             if began == ended + 1:
                 began += 1  # what a tick's clock does not add to the phase comes in the next
             going = ended == began

@@ -55,7 +55,9 @@ class SpeedProfile(wiring.Component):
     **Hold** is sampled, with the decision to compute a granule, in the clock before that in
     which the one before begins: it slows down from the granule after that, as fast as the block
     allows, through the begin of the next block if need be. At w = 0 nothing begins while it lasts.
-    Then it goes on with the ticks that are left. A reset while it stands discards them.
+    Then it goes on with the ticks that are left. A reset while it stands discards them. Where w is
+    less than the energy of the last granule, that has a rate that is more by an eighth of the root
+    of half that energy: otherwise a w of nearly 0 would take as long as it likes.
 
     **Nominal** is sampled 3 clocks after that: it must be that of a block from the clock after it
     was taken. If it falls, the speed does as fast as the block allows.
@@ -71,7 +73,7 @@ class SpeedProfile(wiring.Component):
     speed_bits : int
         Bits of the integer part of a speed. Squares have twice as many.
     fraction_bits : int
-        Bits of the fraction of a speed, from 1.
+        Bits of the fraction of a speed, from 1; with `speed_bits` five at least.
     most_ticks_log2 : int
         Largest s.
     brake_bits : int
@@ -110,7 +112,8 @@ class SpeedProfile(wiring.Component):
     def __init__(self, *, speed_bits: int = 31, fraction_bits: int = 16, most_ticks_log2: int = 36,
                  brake_bits: int = 72) -> None:
         self.speed_bits = in_range("speed_bits", speed_bits, 2, 64)
-        self.fraction_bits = in_range("fraction_bits", fraction_bits, 1, 64)
+        # An eighth of a root takes two clocks or more, in which it is known what follows.
+        self.fraction_bits = in_range("fraction_bits", fraction_bits, max(1, 5 - speed_bits), 64)
         self.most_ticks_log2 = in_range("most_ticks_log2", most_ticks_log2, 1, 63)
         self.square_bits = 2 * self.speed_bits
         self.brake_bits = in_range("brake_bits", brake_bits, self.square_bits, 256)
@@ -188,7 +191,9 @@ class SpeedProfile(wiring.Component):
         negative = Signal()  # the total is
         less = Signal()  # the bound is less than the nominal square
         beyond = Signal()  # w would change by more than the granule allows
-        none = Signal()  # from 0 to 0, which goes up and down within the granule
+        # From 0 to 0, which goes up and down within the granule; or to 0 for a hold, from less than
+        # its energy.
+        none = Signal()
         inverts, from_brake, keeps, clears = Signal(), Signal(), Signal(), Signal()
         source = Signal(3)  # of y
         m.d.comb += [
@@ -207,6 +212,7 @@ class SpeedProfile(wiring.Component):
         def subtracts(does: int) -> None:
             m.d.sync += [subtract.eq(does), carry.eq(does)]
 
+        ends = Signal()  # at 0, without being beyond
         clears_square, clears_begin, stops, spends = Signal(), Signal(), Signal(), Signal()
         over = Signal()  # last tick of the granule, or there is none
         ready = Signal()  # the granule may start
@@ -221,7 +227,8 @@ class SpeedProfile(wiring.Component):
         adjusted = Signal(signed(self.modulus_bits + 3))
         rates = Signal(signed(self.modulus_bits + 4))
         minus = Signal(signed(self.modulus_bits + 5))  # twice that, or the inverse for a sum
-        m.d.comb += [root.radicand.eq(total), root.start.eq(sums), root.halve.eq(none)]
+        m.d.comb += [root.radicand.eq(total), root.start.eq(sums), root.halve.eq(none),
+                     root.eighth.eq(none & ~from_rest)]
         m.d.sync += [held.eq(self.hold), sums.eq(0), ready.eq(0),
                      may.eq((more | multiplied) & ~(self.hold & at_rest))]
 
@@ -284,8 +291,9 @@ class SpeedProfile(wiring.Component):
                 m.d.sync += [subtract.eq(negative), carry.eq(negative)]
                 m.next = "LIMIT"
             with m.State("LIMIT"):
-                m.d.sync += [none.eq(from_rest & subtract), beyond.eq(negative ^ subtract)]
-                loads(Mux(from_rest & subtract, CHANGE, SQUARE))
+                m.d.comb += ends.eq(subtract & (from_rest | (holds & negative)))
+                m.d.sync += [none.eq(ends), beyond.eq(negative ^ subtract)]
+                loads(Mux(ends, CHANGE, SQUARE))
                 m.next = "CORRECT"
             with m.State("CORRECT"):
                 m.d.comb += [keeps.eq(1), clears.eq(~beyond)]

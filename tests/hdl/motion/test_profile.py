@@ -93,6 +93,17 @@ class TestModel:
         assert -2 < found.least < found.most < 2
         assert found.clocks > 10_000 and len(found.ends) == blocks
 
+    @pytest.mark.parametrize("length_mm", [40, 80])
+    def test_a_hold_ends_in_time_where_little_speed_is_left_to_the_last_tick(self, length_mm):
+        """To 100 mm/s and back it takes 2**k ticks, and speed of what is rounded is left."""
+        path = Path1D(256 * length_mm * 10**6, 5 * 10**8, 10**8)
+        speeding = 10**8 * CLOCK // (5 * 10**8)  # clocks, as many as it brakes
+        model = ProfileModel([(path.block(), 0)], lambda *_: 0, [speeding + 123_456],
+                             fraction_bits=16)
+        granules = list(model.granules())
+        assert granules[-1].square == 0 and granules[-2].square < path.block().energy // 100
+        assert 0 <= granules[-1].ended - (speeding + 123_456) - speeding < CLOCK // 200
+
     def test_a_thousand_short_blocks_are_off_by_no_more(self):
         rng = random.Random(0)
         paths = [Path1D(256 * rng.randrange(20_000, 60_000), 2 * 10**9, 200_000_000)

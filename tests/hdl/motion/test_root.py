@@ -16,11 +16,12 @@ from tb.engines import AmaranthEngine
 RANDOM = settings(deadline=None, database=None, derandomize=True, max_examples=25)
 
 
-def extract(engine: AmaranthEngine, radicand: int, digits: int, *, halve: int = 0) -> int:
+def extract(engine: AmaranthEngine, radicand: int, digits: int, *, halve: int = 0,
+            eighth: int = 0) -> int:
     """Return the root, after so many clocks."""
-    engine.set(radicand=radicand, halve=halve, start=1)
+    engine.set(radicand=radicand, halve=halve, eighth=eighth, start=1)
     engine.run(1)
-    engine.set(radicand=~radicand & 1, halve=1 - halve, start=0)
+    engine.set(radicand=~radicand & 1, halve=1 - halve, eighth=1 - eighth, start=0)
     for _ in range(digits):
         assert engine.get("busy")
         engine.run(1)
@@ -35,8 +36,10 @@ class TestSquareRoot:
                                                              fraction_bits=fraction)))
         for radicand in range(4**integer):
             for halve in (0, 1):
-                assert (extract(engine, radicand, integer + fraction, halve=halve)
-                        == isqrt((radicand >> halve) * 4**fraction))
+                digits, expected = integer + fraction, isqrt((radicand >> halve) * 4**fraction)
+                assert extract(engine, radicand, digits, halve=halve) == expected
+                assert extract(engine, radicand, max(0, digits - 3), halve=halve,
+                               eighth=1) == expected >> 3
         engine.close()
 
     def test_full_width(self):
@@ -45,9 +48,11 @@ class TestSquareRoot:
         @RANDOM
         @given(st.one_of(st.integers(0, 2**62 - 1), st.integers(0, 2**12),
                          st.integers(1, 2**31 - 1).map(lambda root: root**2),
-                         st.integers(1, 2**31).map(lambda root: root**2 - 1)), st.integers(0, 1))
-        def run(radicand, halve):
-            assert extract(engine, radicand, 47, halve=halve) == isqrt((radicand >> halve) << 32)
+                         st.integers(1, 2**31).map(lambda root: root**2 - 1)), st.integers(0, 1),
+               st.integers(0, 1))
+        def run(radicand, halve, eighth):
+            assert (extract(engine, radicand, 47 - 3 * eighth, halve=halve, eighth=eighth)
+                    == isqrt((radicand >> halve) << 32) >> 3 * eighth)
 
         run()
         engine.close()
