@@ -151,7 +151,7 @@ def _plan(c: Contract, dut: SpeedProfile, state, square: Bits, brake: Bits, chan
     missing, digits = c.signal("root.missing"), len(c.part("root").root)
     waits = state("WAIT", "READY")
     last = c.signal("none") & ~c.signal("from_rest")  # of a hold
-    whole = Mux(last, max(0, digits - 3), digits)
+    whole = Mux(last, digits - 3, digits)
     known_now = (state("ROOT") & c.past(state("ROOT"))) | waits
     c.invariant("root-in-step", "The root takes as long as its state.", _all(
         ~state("SPEND") | (missing == whole),

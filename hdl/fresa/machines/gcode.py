@@ -591,8 +591,8 @@ class GCode(MachineComponent):
         flags = store.flags
         switches = Signal(AXES + 2)
         blocked, powered = Signal(AXES), Signal()
-        positions = self._drivers(m, control, renewed, motion, planner, homing, probing, store,
-                                  faults, blocked, powered, restarts)
+        positions = self._drivers(m, control, motion, planner, homing, probing, store, faults,
+                                  blocked, powered, restarts)
         m.d.comb += [
             planner.room.eq(motion.free > 1), planner.speed.eq(motion.speed),
             planner.spindle_speed.eq(motion.extra),
@@ -993,7 +993,7 @@ class GCode(MachineComponent):
         with m.If((probing.failure != AlarmCode.NONE) & ~renewed):  # else an alarm after the reset
             m.d.sync += control.failure.eq(probing.failure)
 
-    def _drivers(self, m: Module, control: GCodeControl, renewed: Signal, motion: BlockMotion,
+    def _drivers(self, m: Module, control: GCodeControl, motion: BlockMotion,
                  planner: GCodePlanner, homing, probing: GCodeProbing | None,
                  store: GCodeSettingStore, faults: list, blocked: Signal, powered: Signal,
                  restarts: Signal) -> list[Signal]:

@@ -413,7 +413,7 @@ class VPlotter(GCode):
             m.d.sync += rested.eq(rested + 1)
         return sent
 
-    def _drivers(self, m: Module, control: GCodeControl, renewed: Signal, motion: BlockMotion,
+    def _drivers(self, m: Module, control: GCodeControl, motion: BlockMotion,
                  planner: GCodePlanner, homing, probing: GCodeProbing | None,
                  store: GCodeSettingStore, faults: list, blocked: Signal, powered: Signal,
                  restarts: Signal) -> list[Signal]:

@@ -57,7 +57,7 @@ class SpeedProfile(wiring.Component):
     allows, through the begin of the next block if need be. At w = 0 nothing begins while it lasts.
     Then it goes on with the ticks that are left. A reset while it stands discards them. Where w is
     less than the energy of the last granule, that has a rate that is more by an eighth of the root
-    of half that energy: otherwise a w of nearly 0 would take as long as it likes.
+    of half that energy: without that its time would have no bound, as w may be nearly 0.
 
     **Nominal** is sampled 3 clocks after that: it must be that of a block from the clock after it
     was taken. If it falls, the speed does as fast as the block allows.
