@@ -135,7 +135,8 @@ def _fuzz(name: str) -> Iterator[str]:
         yield from _findings(one)
     for protocol in dict.fromkeys((target.protocol, *(one.protocol for one in target.others))):
         for item in islice(random_inputs(protocol, 1, ROWS, target.period), INPUTS):
-            yield _rows({"levels": item.levels})
+            yield _rows({"levels": item.levels} | (
+                {} if item.pressed is None else {"pressed": item.pressed}))
 
 
 def _findings(target: FuzzTarget) -> Iterator[str]:
@@ -143,8 +144,7 @@ def _findings(target: FuzzTarget) -> Iterator[str]:
     inputs = random_inputs(target.protocol, 1, INPUTS, target.period)
     line = np.concatenate([item.levels for item in inputs])
     seen = {name: np.full(len(line), name == "tx", np.int64) for name in target.outputs}
-    if target.switches is not None:
-        seen[target.switches[0]] = np.zeros(len(line), np.int64)
+    seen |= {name: np.zeros(len(line), np.int64) for name in target.switches}
     found = target.check(line, seen)
     yield repr((found.bytes, found.lines, found.answers))
     yield from map(repr, found.failures)

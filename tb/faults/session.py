@@ -5,8 +5,6 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from ..fuzz import FuzzTarget
-from ..fuzz.inputs import random_inputs
-from ..fuzz.switches import press_switches, switch_levels
 from ..uart import FRAME, levels
 from .rows import Row, Rows, rows_of_stimulus
 
@@ -85,14 +83,8 @@ def sessions_and_fuzz(inputs: Sequence[str], target: FuzzTarget, sessions: Calla
         own = seed * 1_000_003 + number
         if number % 2 == 0:
             return sessions(own)
-        sent = random_inputs(target.protocol, own, 2000, BIT)
-        if target.switches:
-            sent = press_switches(sent, target.switches[1], own, BIT)
-        sent = list(sent)
-        rx = np.concatenate([item.levels for item in sent])
-        stimulus = {**dict.fromkeys(inputs, np.zeros_like(rx)), "rx": rx}
-        if target.switches:
-            stimulus[target.switches[0]] = switch_levels(sent)
-        return rows_of_stimulus(stimulus, inputs)
+        stimulus = target.stimulus(target.inputs(own, 2000))
+        rest = np.zeros_like(stimulus["rx"])
+        return rows_of_stimulus({**dict.fromkeys(inputs, rest), **stimulus}, inputs)
 
     return work

@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..uart import FRAME, Levels, high, levels
 
@@ -36,14 +37,14 @@ class Input:
         The bytes that it is made of.
     levels : array of uint8
         The line, a level a clock.
-    pressed : array of uint8, optional
+    pressed : array of int, optional
         Switches that are pressed, a bit each, in each clock; none by default.
     """
 
     kind: str
     data: bytes
     levels: Levels
-    pressed: Levels | None = None
+    pressed: NDArray[np.integer] | None = None
 
     def __str__(self) -> str:
         """Return what is sent."""

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 
 from ..engines import CXXRTLEngine, Engine
 from ..uart import FRAME, Levels, high
-from .inputs import MOST_OWED, OPENING, Input, random_inputs
-from .switches import press_switches, switch_levels
+from .inputs import MOST_OWED, OPENING, Input
 from .target import Findings, FuzzTarget
 from .trajectory import NEVER
 
@@ -61,11 +60,8 @@ def fuzz(target: FuzzTarget, seed: int, amount: int, *, kind: type[Engine] = CXX
     designs = [build.design() for build in builds[:-(-amount // SESSION)]]
     for number in count():
         own, build = seed << 32 | number, builds[number % len(builds)]
-        sent = random_inputs(build.protocol, own, min(amount, SESSION), build.period)
-        if build.switches:
-            sent = press_switches(sent, build.switches[1], own, build.period)
         with kind(designs[number % len(builds)]) as engine:
-            outcome = run_session(build, engine, list(sent))
+            outcome = run_session(build, engine, build.inputs(own, min(amount, SESSION)))
         outcome.seed = own
         yield outcome
         amount -= outcome.findings.bytes
@@ -76,13 +72,11 @@ def fuzz(target: FuzzTarget, seed: int, amount: int, *, kind: type[Engine] = CXX
 def run_session(target: FuzzTarget, engine: Engine, sent: Sequence[Input],
          advance: Callable[[int], None] = lambda clocks: None) -> Outcome:
     """Send pieces to a machine that has just been switched on, and look at what it does."""
-    line = np.concatenate([item.levels for item in sent])
+    inputs = target.stimulus(sent)
+    line = inputs["rx"]
     ends = np.cumsum([len(item.levels) for item in sent])
     floods = [(int(end) - len(item.levels), int(end) if end < len(line) else NEVER)
               for item, end in zip(sent, ends, strict=True) if item.kind == "flood"]
-    inputs = {"rx": line}
-    if target.switches:
-        inputs[target.switches[0]] = switch_levels(sent)
     engine.set(**target.levels)
     seen = {**inputs, **_run(target, engine, inputs)}
     return Outcome(target, 0, list(sent), target.check(line, seen, floods), len(line))

@@ -5,8 +5,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
-from ..uart import FRAME, Levels
+from ..uart import FRAME
 from .inputs import Input
 
 __all__ = ["press_switches", "switch_levels"]
@@ -25,7 +26,7 @@ def press_switches(inputs: Iterator[Input], switches: int, seed: int,
         if item.kind in ("rest", "alive") or item.pressed is not None:
             yield item
             continue
-        pressed: Levels = np.zeros(len(item.levels), np.uint8)
+        pressed = np.zeros(len(item.levels), np.uint16)
         place = 0
         while place < len(pressed):
             if not left:
@@ -47,7 +48,7 @@ def _runs(rng: random.Random, switches: int, byte: int) -> Iterator[tuple[int, i
         yield on, rng.randint(1, rng.choice([1, 1, 20, 90, 5 * byte, 20 * byte]))
 
 
-def switch_levels(inputs: Sequence[Input]) -> Levels:
+def switch_levels(inputs: Sequence[Input]) -> NDArray[np.integer]:
     """Return the switches in each clock of some inputs, a bit each."""
-    return np.concatenate([np.zeros(len(item.levels), np.uint8) if item.pressed is None
+    return np.concatenate([np.zeros(len(item.levels), np.uint16) if item.pressed is None
                            else item.pressed for item in inputs])

@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 
 from ..design import Design
 from ..uart import BitTimingError, Levels
-from .inputs import LineProtocol
+from .inputs import Input, LineProtocol, random_inputs
+from .switches import press_switches, switch_levels
 from .trajectory import Failure, Steps, TrajectoryCheck
 
 __all__ = ["Findings", "Floods", "FuzzTarget", "Rates", "Seen"]
@@ -100,8 +101,10 @@ class FuzzTarget:
         Output that shows faults, and which bits of it.
     levels : mapping of str to int
         Constant levels of other inputs.
-    switches : (str, int), optional
-        Input with switches that are pressed at random, a bit each, and how many.
+    switches : mapping of str to int
+        Inputs with switches, and how many each has: bits of `Input.pressed`, the first ones first.
+    presses : bool
+        Whether switches are pressed at random, too, and not only where a sequence wants it.
     rates : Rates, optional
         If its motors have any.
     times : bool
@@ -120,11 +123,28 @@ class FuzzTarget:
     session_check: Callable[[Findings, Levels, Seen, Floods], None]
     fault: tuple[str, int] = ("fault", 1)
     levels: Mapping[str, int] = field(default_factory=dict)
-    switches: tuple[str, int] | None = None
+    switches: Mapping[str, int] = field(default_factory=dict)
+    presses: bool = True
     rates: Rates | None = None
     times: bool = True
     others: tuple["FuzzTarget", ...] = ()
     about: str = ""
+
+    def inputs(self, seed: int, count: int) -> list[Input]:
+        """Return what is sent in a session of so many bytes."""
+        sent = random_inputs(self.protocol, seed, count, self.period)
+        if self.switches and self.presses:
+            sent = press_switches(sent, sum(self.switches.values()), seed, self.period)
+        return [*sent]
+
+    def stimulus(self, sent: Sequence[Input]) -> dict[str, Levels]:
+        """Return the levels of the line and of the switches, by input."""
+        found = {"rx": np.concatenate([item.levels for item in sent])}
+        pressed = switch_levels(sent) if self.switches else np.zeros(0, np.uint16)
+        for name, count in self.switches.items():
+            found[name] = (pressed & (1 << count) - 1).astype(np.uint8)
+            pressed = pressed >> count
+        return found
 
     def check(self, line: Levels, seen: Seen, floods: Floods = ()) -> Findings:
         """Check a session."""

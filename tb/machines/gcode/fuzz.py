@@ -2,21 +2,22 @@
 
 What each line is answered and where it leads is that of the model of the language, which a sender
 would know; nothing is looked at but pins. A session ends with a reset in whatever goes on, and a
-motion to 0: an axis that has lost a step, or made one too many, does not get there.
+motion to 0: an axis that has lost a step, or made one too many, does not get there. Nothing steps
+while an alarm is shown.
 """
 
 import random
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from copy import deepcopy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fresa.machines.gcode import GCode, GCodeSettings
 from tb import boards
-from tb.fuzz.inputs import LineProtocol
+from tb.fuzz.inputs import Input, LineProtocol
 from tb.fuzz.target import Findings, Floods, FuzzTarget, Seen
 from tb.fuzz.trajectory import Failure
 from tb.models.gcode_language import (
@@ -27,7 +28,7 @@ from tb.models.gcode_language import (
     read_jog,
     read_words,
 )
-from tb.uart import FRAME, Levels, decode, decode_output
+from tb.uart import FRAME, Levels, decode, decode_output, high, levels
 
 from . import SHORT, SHORT_GANTRY
 
@@ -47,6 +48,10 @@ REALTIME = {RESET, *b"?!~"}
 GREETING = b"Grbl 1.1h ['$' for help]"
 UNLOCK = b"[MSG:'$H'|'$X' to unlock]"
 DAMAGED = 11
+CONTACTS = {"limits": len(AXES), "stop": 1, "door": 1, "probe": 1, "motor_fault": 1, "hold": 1,
+            "start": 1, "abort": 1}
+STOPPING = 4
+"""Clocks of an alarm in which a step may still begin."""
 PLACED = b"ok", b"error:33", b"error:34"
 """Answers that depend on where a motion ends."""
 
@@ -101,6 +106,31 @@ PROTOCOL = LineProtocol(
     legal=_legal, quiet=(b"\n", b"X1X2\n", b"G5\n", b"(quiet)\n", b"G1X\n"), end=b"\n",
     letters=b"GMXYZFSPIJKRNT0123456789.-+ ()?", longest=80, room=ROOM, answer=60, begin=b"G21\n",
     alive=ANEW + b"$X\nG90G94G53G0X0Y0Z0\n" + b"\n" * 60, spared=b"\x18!\x84")
+
+
+def _contacts(rng: random.Random, period: int) -> Input:
+    """Give lines, most of them motions, with contacts meanwhile; and what unlocks it thereafter."""
+    sent, line = [], []
+    for _ in range(rng.randrange(2, 9)):
+        size = rng.choice([0.4, 2])
+        sent.append(rng.choice([
+            f"G91G1X{rng.uniform(-size, size):.3f}F{rng.randint(3000, 12_000)}\n".encode(),
+            f"G91G0Y{rng.uniform(-size, size):.3f}Z{rng.uniform(-size, size):.3f}\n".encode(),
+            f"G91G2X0Y0I{size}F9000\n".encode(),
+            f"G38.3X{rng.uniform(-size, size):.3f}F6000\n".encode(),
+            f"$J=G91X{rng.uniform(-size, size):.3f}F9000\n".encode(),
+            b"G4P0.004\n", b"M0\n", b"$X\n", *COMMANDS[2:6]]))
+        line += [levels(sent[-1], period), high(rng.randint(0, rng.choice([3, 300, 9000, 30_000])))]
+    clocks = sum(map(len, line))
+    pressed = np.zeros(clocks, np.uint16)
+    for _ in range(rng.randint(1, 5)):
+        place = rng.randrange(clocks)
+        pressed[place:place + rng.randint(1, rng.choice([3, 40, 3000, 30_000]))] |= (
+            1 << rng.randrange(sum(CONTACTS.values())))
+    sent.append(ANEW + b"$X\n" + ANEW)
+    line.append(levels(sent[-1], period))
+    return Input("contacts", b"".join(sent), np.concatenate(line),
+                 np.concatenate([pressed, np.zeros(len(line[-1]), np.uint16)]))
 
 
 @dataclass
@@ -191,6 +221,7 @@ def _pins(seen: Seen) -> tuple[list[Failure], NDArray[np.int64], int]:
     """Check the pulses; return failures, the position at the end, and how many steps there are."""
     times, failures = SHORT.driver, []
     position, count = np.zeros(3, np.int64), 0
+    stopped = np.convolve(seen["alarm"], np.ones(STOPPING))[:len(seen["alarm"])] == STOPPING
     for axis, name in enumerate(AXES):
         step = (seen["step"] >> axis & 1).astype(np.int8)
         forward = seen["direction"] >> axis & 1
@@ -213,6 +244,9 @@ def _pins(seen: Seen) -> tuple[list[Failure], NDArray[np.int64], int]:
                 failures.append(Failure(0, "pins", f"{what} of {name} for {gaps.min()} clocks, "
                                         f"not {least}"))
         moving = np.concatenate([[0], seen["moving"]])
+        late = rises[stopped[rises]]
+        if late.size:
+            failures.append(Failure(int(late[0]), "step", f"{name} steps while there is an alarm"))
         if rises.size and not (moving[rises] | moving[np.maximum(rises - 40, 0)]).all():
             failures.append(Failure(int(rises[0]), "step", f"{name} steps where nothing moves"))
     return failures, position, count
@@ -269,34 +303,39 @@ def _answers(findings: Findings, received: list[tuple[int, int, bool]], resets: 
              said: list[tuple[int, bytes]], seen: Seen) -> list[Failure]:
     """Compare all answers with what lines are answered, from one reset to the next."""
     model, known = Interpreter(steps_per_metre=(1000 * PER_MM,) * 3), True
+    touched = np.flatnonzero(np.logical_or.reduce([seen[name] for name in CONTACTS if name in seen]
+                                                  or [np.zeros(len(seen["step"]))]))
     for begin, end in zip([0, *resets], [*resets, len(seen["step"])], strict=True):
         after = [each for each in received if begin < each[0] <= end]
-        if begin and [byte for _, byte, _ in after[:100]] != [0] * 100:
-            return []  # noise was taken as a reset, at some time in what follows
+        if any(_stores(line) for line in _lines(after)):
+            return []  # what is run from now on at each start
         greeted = begin and next((clock for clock, text in said
                                   if clock > begin and text == GREETING), None)
-        if greeted is None:  # it may still brake
-            return [] if seen["moving"][-1] else [
-                Failure(begin, "answer", "no greeting after a reset")]
-        lines = [*_lines(after)]
+        if greeted is None:
+            return [Failure(begin, "answer", "no greeting after a reset")]
+        left = touched[np.searchsorted(touched, begin):]
+        quiet = min([end, *left[:1].tolist()])
+        lines = [*_lines(each for each in after if each[0] <= quiet)]
         locked = any(text == UNLOCK for clock, text in said if begin < clock < end)
         gone = begin and any(byte or error for clock, byte, error in after if clock < greeted)
-        if begin and (locked or gone or (lines and greeted > lines[0].clock)):
-            known = False  # it slept, or braked for so long that bytes or lines are gone
+        noise = begin and [byte for _, byte, _ in after[:100]] != [0] * 100
+        if greeted > quiet or (begin and (noise or locked or gone or (
+                lines and greeted > lines[0].clock))):
+            # What noise is may have been a reset, at some time in what follows; or it slept, or
+            # braked for so long that bytes or lines are gone.
+            known = False
             continue
-        own = [(clock, text) for clock, text in said if greeted <= clock < end
+        own = [(clock, text) for clock, text in said if greeted <= clock < quiet
                and re.fullmatch(rb"ok|error:\d+", text)]
-        if any(_stores(line) for line in lines):
-            return []  # what is run from now on at each start
         if begin:
             model.reset()
             for axis, place in enumerate(_position(seen, greeted)):
                 model.set_position(axis, STEP * place)
-        count, failures, sure = _compare(model, lines, own, end, known)
+        count, failures, sure = _compare(model, lines, own, quiet, known)
         findings.lines += count
         if failures:
             return failures
-        known = known and sure
+        known = known and sure and quiet == end
     return []
 
 
@@ -366,10 +405,14 @@ def _target(settings: GCodeSettings, *further: str, others: tuple[FuzzTarget, ..
             ) -> FuzzTarget:
     return FuzzTarget(
         "gcode", BIT, PROTOCOL, lambda: boards.component("gcode", GCode(settings=settings)),
-        ("tx", "step", "direction", "enable", "moving", "fault", *further), _check,
+        ("tx", "step", "direction", "enable", "moving", "alarm", "fault", *further), _check,
         times=False, others=others,
-        about="Each session ends with a reset in what goes on, and a motion to 0; every second "
-              "one is that of a machine with a second motor on Z.")
+        about="Each session ends with a reset in what goes on, and a motion to 0. They take turns: "
+              "a plain machine, one with a second motor on Z, and a plain one of which contacts, "
+              "such as limit switches, emergency stop, door and probe, close in motions.")
 
 
-FUZZ = _target(SHORT, others=(_target(SHORT_GANTRY, "second_step", "second_direction"),))
+FUZZ = _target(SHORT, others=(
+    _target(SHORT_GANTRY, "second_step", "second_direction"),
+    replace(_target(SHORT), protocol=replace(PROTOCOL, sequence=_contacts), switches=CONTACTS,
+            presses=False)))

@@ -104,7 +104,7 @@ def _target(settings: VPlotterSettings, protocol: LineProtocol, checks: Callable
     return FuzzTarget(
         "vplotter", BIT, protocol,
         lambda: boards.component("vplotter", VPlotter(settings=settings)),
-        ("tx", "left", "right", "pen", "servo", "moving", "fault"), checks, switches=("limits", 2),
+        ("tx", "left", "right", "pen", "servo", "moving", "fault"), checks, switches={"limits": 2},
         times=False, others=others, about=about)
 
 

@@ -2,6 +2,8 @@
 
 """Fuzzing `gcode`: mistakes in its gateware are found, with few bytes; and no other."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from amaranth import Const, Mux
@@ -24,7 +26,7 @@ MISTAKES = {  # a few bytes, what is found, the mistake
 }
 
 
-GANTRY = FUZZ.others[0]
+GANTRY, CONTACTS = FUZZ.others
 OF_GANTRY = {
     "a second motor that makes no step": Mistake(
         "driver_z.second_step_pin", lambda *_: Const(0)),
@@ -62,12 +64,21 @@ def test_mistakes_of_a_second_motor_are_found(name):
 
 @pytest.mark.compiler
 @pytest.mark.long
-@pytest.mark.parametrize("target", [FUZZ, GANTRY], ids=["gcode", "gantry"])
+@pytest.mark.parametrize("target", [FUZZ, GANTRY, CONTACTS], ids=["gcode", "gantry", "contacts"])
 def test_a_session_finds_nothing(target):
-    (outcome,) = fuzz(target, 2, 1500)
+    (outcome,) = fuzz(replace(target, others=()), 2, 1500)
     assert outcome.findings.failures == []
     assert outcome.findings.answers > 60
     assert outcome.findings.steps > 100
+
+
+@pytest.mark.compiler
+@pytest.mark.long  # the machine is compiled for a minute
+def test_contacts_in_motions_find_steps_that_outlive_a_stop():
+    target = replace(CONTACTS, others=(), design=lambda: Mistake(
+        "drops", lambda *_: Const(0)).planted(CONTACTS.design()))
+    (outcome,) = fuzz(target, 7, 12_000)
+    assert outcome.findings.failures
 
 
 @pytest.mark.compiler

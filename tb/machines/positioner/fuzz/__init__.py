@@ -63,7 +63,7 @@ def _target(backlash: Sequence[int], limit_ends: Sequence[str]) -> FuzzTarget:
         lambda: boards.component("positioner", Positioner(
             timing=TIMING, backlash=backlash, limit_ends=limit_ends)),
         ("tx", "step", "direction", "enable", "moving", "buzzer", "fault"), check,
-        switches=("limits", AXES), rates=Rates(TOP_SPEED, TIMING.clock, AXES, begin))
+        switches={"limits": AXES}, rates=Rates(TOP_SPEED, TIMING.clock, AXES, begin))
 
 
 FUZZ = replace(_target((0, 0, 0), ("X+", "Y+", "Z+")),
