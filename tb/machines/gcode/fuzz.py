@@ -303,16 +303,16 @@ def _answers(findings: Findings, received: list[tuple[int, int, bool]], resets: 
              said: list[tuple[int, bytes]], seen: Seen) -> list[Failure]:
     """Compare all answers with what lines are answered, from one reset to the next."""
     model, known = Interpreter(steps_per_metre=(1000 * PER_MM,) * 3), True
-    touched = np.flatnonzero(np.logical_or.reduce([seen[name] for name in CONTACTS if name in seen]
-                                                  or [np.zeros(len(seen["step"]))]))
+    touched = np.flatnonzero(sum((seen.get(name, 0) for name in CONTACTS),
+                                 np.zeros(len(seen["step"]), np.uint8)))
     for begin, end in zip([0, *resets], [*resets, len(seen["step"])], strict=True):
         after = [each for each in received if begin < each[0] <= end]
-        if any(_stores(line) for line in _lines(after)):
-            return []  # what is run from now on at each start
         greeted = begin and next((clock for clock, text in said
                                   if clock > begin and text == GREETING), None)
         if greeted is None:
             return [Failure(begin, "answer", "no greeting after a reset")]
+        if any(_stores(line) for line in _lines(after)):
+            return []  # what is run from now on at each start
         left = touched[np.searchsorted(touched, begin):]
         quiet = min([end, *left[:1].tolist()])
         lines = [*_lines(each for each in after if each[0] <= quiet)]
