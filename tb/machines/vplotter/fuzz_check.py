@@ -270,13 +270,12 @@ def _answers(received: list[tuple[int, int, bool]], resets: list[int], said: Sai
     """Compare answers and replies with lines, from one reset to the next."""
     for begin, end in zip([0, *resets], [*resets, len(seen["tx"])], strict=True):
         after = [each for each in received if begin < each[0] <= end]
-        if begin and [byte for _, byte, _ in after[:100]] != [0] * 100:
-            return []  # noise was taken as a reset, at some time in what follows
         greeted = begin and next((clock for clock, text in said
                                   if clock > begin and text == GREETING), None)
-        if greeted is None:  # it may still brake
-            return [] if seen["moving"][-1] else [
-                Failure(begin, "answer", "no greeting after a reset")]
+        if greeted is None:
+            return [Failure(begin, "answer", "no greeting after a reset")]
+        if begin and [byte for _, byte, _ in after[:100]] != [0] * 100:
+            continue  # noise was taken as a reset, at some time in what follows
         lines = [*_lines(after)]
         if begin:
             if not lines[0].plain.startswith(b":"):  # a command begins with that, not with a 0

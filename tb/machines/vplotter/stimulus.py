@@ -87,12 +87,37 @@ def directed(settings: VPlotterSettings, seed: int, clocks: int) -> dict[str, ND
     return levels
 
 
+def _homed(bit: int) -> tuple[list[int], NDArray]:
+    """Return a block of the line, and of the end switches, in which it is reset and homed."""
+    line = [1] * 2000 + encode(b"~\x18", bit) + [1] * 16_000  # for what it has yet to say
+    line += encode(b"$RST=$\n:P1\n", bit) + [1] * 8000 + encode(b":H\n", bit)
+    limits = np.zeros(BLOCK, np.uint8)
+    homing(limits, len(line))
+    return line + [1] * (BLOCK - len(line)), limits
+
+
+def _drawing(rng: random.Random, settings: VPlotterSettings) -> list[int]:
+    """Give the line in which it goes to a point near the place of rest, and draws to another."""
+    near = b"%04d%04d" % tuple(each + rng.randint(-1, 1) for each in settings.rest)
+    return (encode(b":I" + near + b"\n", settings.bit) + [1] * rng.randint(30_000, 40_000)
+            + encode(b":F" + _place(rng, settings) + b"\n", settings.bit)
+            + [1] * rng.randint(0, 20_000))
+
+
 def random_rows(settings: VPlotterSettings, seed: int, block: int, rows: int = BLOCK
                 ) -> dict[str, NDArray]:
-    """Return the first rows of a random block: lines close by each other, bytes, and noise."""
+    """Return the first rows of a random block: lines close by each other, bytes, and noise.
+
+    In every fourth block it is homed instead, for the next one to begin with a line that is drawn.
+    """
     rng = random.Random(f"{seed} {block}")
     bit = settings.bit
-    line = encode(b"$X\n", bit) if block == 0 else []
+    line, limits = encode(b"$X\n", bit) if block == 0 else [], np.zeros(BLOCK, np.uint8)
+    if block % 4 == 1:
+        line, limits = _homed(bit)
+    elif block % 4 == 2:
+        line = _drawing(rng, settings)
+    first = len(line)  # from here on anything may happen
     source = _bytes(rng, settings)
     while len(line) < BLOCK:
         kind = rng.randrange(12)
@@ -106,10 +131,10 @@ def random_rows(settings: VPlotterSettings, seed: int, block: int, rows: int = B
     levels = {"rx": line[:BLOCK]}
     for name, often in (("rst", 0), ("limits", 0.3), ("stop", 0.05), ("door", 0.1),
                         ("motor_fault", 0.05), ("hold", 0.3), ("start", 0.5), ("abort", 0.1)):
-        level = [0] * BLOCK
+        level = limits if name == "limits" else np.zeros(BLOCK, np.uint8)
         for _ in range(8):
-            if rng.random() < often:
-                place = rng.randrange(BLOCK)
+            if first < BLOCK and rng.random() < often:
+                place = rng.randrange(first, BLOCK)
                 for at in range(place, min(BLOCK, place + rng.randint(1, 400))):
                     level[at] = rng.randint(1, 3) if name == "limits" else 1
         levels[name] = level

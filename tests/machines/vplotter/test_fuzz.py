@@ -59,12 +59,20 @@ def test_a_session_finds_nothing():
     assert outcome.findings.steps > 50
 
 
+PAUSE = 700 * FRAME * BIT
+"""Clocks between the texts of a session."""
+
+QUIET = b"\x18" + bytes(400) + b"\n:S1\n"
+"""A reset, and a command, of which none waits for a motion."""
+
+
 @pytest.fixture(scope="module")
 def session():
-    """Levels of a session: lines and commands, and where it ends."""
+    """Levels of a session: a reset that noise follows, lines and commands, and where it ends."""
     sent = [Input("rest", b"", high(6000)),
-            *(Input("bytes", text, np.concatenate([levels(text, BIT), high(700 * FRAME * BIT)]))
-              for text in (b"$X\nG0X9Y7M3\n", b":S0\nM5\n", ANEW + HOME))]
+            *(Input("bytes", text, np.concatenate([levels(text, BIT), high(PAUSE)]))
+              for text in (b"\x18N\n", QUIET, b"$X\nG0X9Y7M3\n", b":S0\nM5\n",
+                           ANEW + HOME))]
     line = np.concatenate([item.levels for item in sent])
     with CXXRTLEngine(FUZZ.design()) as engine:
         return {"rx": line, **engine.apply({"rx": line}, FUZZ.outputs)}
@@ -121,6 +129,19 @@ def _omit(seen: dict) -> None:
     seen["servo"] &= ~seen["pen"] & 1
 
 
+def _silence(seen: dict) -> None:
+    seen["tx"][-PAUSE - len(levels(ANEW + HOME, BIT)):] = 1
+    seen["moving"][-1] = 1
+
+
+def _ask(seen: dict) -> None:
+    """Send a command behind the second reset, the first behind noise."""
+    text = levels(b":Q\n", BIT)
+    at = 6000 + sum(PAUSE + len(levels(each, BIT)) for each in (b"\x18N\n", QUIET))
+    at -= PAUSE // 2
+    seen["rx"][at:at + len(text)] = text
+
+
 CHANGES: dict[str, tuple[Callable[[dict], None], str]] = {
     "nothing": (lambda seen: None, ""),
     "a step that is lost": (_lose, "place"),
@@ -131,6 +152,8 @@ CHANGES: dict[str, tuple[Callable[[dict], None], str]] = {
     "a pen that touches": (_touch, "pen"),
     "a servo that does not follow the pen": (_lift, "pen"),
     "pulses that are left out": (_omit, "pen"),
+    "no greeting of what moves": (_silence, "answer"),
+    "a command without a reply, resets behind noise": (_ask, "answer"),
 }
 
 
