@@ -128,7 +128,7 @@ def random_rows(settings: VPlotterSettings, seed: int, block: int, rows: int = B
         else:
             line += [level for _ in range(rng.randint(1, 20))
                      for level in [rng.getrandbits(1)] * rng.randint(1, 2 * bit)]
-    levels = {"rx": line[:BLOCK]}
+    levels = {"rx": np.array(line[:BLOCK], np.uint8)}
     for name, often in (("rst", 0), ("limits", 0.3), ("stop", 0.05), ("door", 0.1),
                         ("motor_fault", 0.05), ("hold", 0.3), ("start", 0.5), ("abort", 0.1)):
         level = limits if name == "limits" else np.zeros(BLOCK, np.uint8)
@@ -140,4 +140,4 @@ def random_rows(settings: VPlotterSettings, seed: int, block: int, rows: int = B
         levels[name] = level
     if rng.random() < 0.1:
         levels["rst"][rng.randrange(BLOCK)] = 1
-    return {name: np.array(level[:rows], np.uint8) for name, level in levels.items()}
+    return {name: level[:rows] for name, level in levels.items()}
