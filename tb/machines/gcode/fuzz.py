@@ -50,6 +50,8 @@ UNLOCK = b"[MSG:'$H'|'$X' to unlock]"
 DAMAGED = 11
 CONTACTS = {"limits": len(AXES), "stop": 1, "door": 1, "probe": 1, "motor_fault": 1, "hold": 1,
             "start": 1, "abort": 1}
+BRAKES = 200_000
+"""Clocks in which a reset is greeted, whatever moves."""
 STOPPING = 4
 """Clocks of an alarm in which a step may still begin."""
 PLACED = b"ok", b"error:33", b"error:34"
@@ -309,7 +311,7 @@ def _answers(findings: Findings, received: list[tuple[int, int, bool]], resets: 
         after = [each for each in received if begin < each[0] <= end]
         greeted = begin and next((clock for clock, text in said
                                   if clock > begin and text == GREETING), None)
-        if greeted is None:
+        if greeted is None or (greeted > end > begin + BRAKES):
             return [Failure(begin, "answer", "no greeting after a reset")]
         if any(_stores(line) for line in _lines(after)):
             return []  # what is run from now on at each start

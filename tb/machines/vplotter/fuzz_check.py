@@ -26,6 +26,8 @@ REALTIME = {RESET, *b"?!~"}
 GREETING = b"Grbl 1.1h ['$' for help]"
 SLACK = 2 * SHORT.period
 """Clocks after a motion in which a motor makes its last step."""
+BRAKES = 200_000
+"""Clocks in which a reset is greeted, whatever moves."""
 LEFT = 2
 """Steps that a motor makes later: what it was kept from by an alarm, or a motor without power."""
 EVERY = SHORT.servo_us * SHORT.clock // 10**6
@@ -272,10 +274,10 @@ def _answers(received: list[tuple[int, int, bool]], resets: list[int], said: Sai
         after = [each for each in received if begin < each[0] <= end]
         greeted = begin and next((clock for clock, text in said
                                   if clock > begin and text == GREETING), None)
-        if greeted is None:
+        if greeted is None or (greeted > end > begin + BRAKES):
             return [Failure(begin, "answer", "no greeting after a reset")]
         if begin and [byte for _, byte, _ in after[:100]] != [0] * 100:
-            continue  # noise was taken as a reset, at some time in what follows
+            continue  # noise may have been a reset, at some time in what follows
         lines = [*_lines(after)]
         if begin:
             if not lines[0].plain.startswith(b":"):  # a command begins with that, not with a 0

@@ -89,7 +89,7 @@ def directed(settings: VPlotterSettings, seed: int, clocks: int) -> dict[str, ND
 
 def _homed(bit: int) -> tuple[list[int], NDArray]:
     """Return a block of the line, and of the end switches, in which it is reset and homed."""
-    line = [1] * 2000 + encode(b"~\x18", bit) + [1] * 16_000  # for what it has yet to say
+    line = [1] * 2000 + encode(b"~\x18", bit) + [1] * 16_000  # it brakes, and texts wait
     line += encode(b"$RST=$\n:P1\n", bit) + [1] * 8000 + encode(b":H\n", bit)
     limits = np.zeros(BLOCK, np.uint8)
     homing(limits, len(line))
@@ -108,7 +108,7 @@ def random_rows(settings: VPlotterSettings, seed: int, block: int, rows: int = B
                 ) -> dict[str, NDArray]:
     """Return the first rows of a random block: lines close by each other, bytes, and noise.
 
-    In every fourth block it is homed instead, for the next one to begin with a line that is drawn.
+    In every fourth block it is homed instead, and the next one begins with a line that is drawn.
     """
     rng = random.Random(f"{seed} {block}")
     bit = settings.bit
@@ -138,6 +138,6 @@ def random_rows(settings: VPlotterSettings, seed: int, block: int, rows: int = B
                 for at in range(place, min(BLOCK, place + rng.randint(1, 400))):
                     level[at] = rng.randint(1, 3) if name == "limits" else 1
         levels[name] = level
-    if rng.random() < 0.1:
-        levels["rst"][rng.randrange(BLOCK)] = 1
+    if first < BLOCK and rng.random() < 0.1:
+        levels["rst"][rng.randrange(first, BLOCK)] = 1
     return {name: level[:rows] for name, level in levels.items()}

@@ -63,7 +63,7 @@ PAUSE = 700 * FRAME * BIT
 """Clocks between the texts of a session."""
 
 QUIET = b"\x18" + bytes(400) + b"\n:S1\n"
-"""A reset, and a command, of which none waits for a motion."""
+"""A reset, and a command; neither waits for a motion."""
 
 
 @pytest.fixture(scope="module")
@@ -134,8 +134,14 @@ def _silence(seen: dict) -> None:
     seen["moving"][-1] = 1
 
 
+def _mute(seen: dict) -> None:
+    """Take the greeting of the second reset of three."""
+    begin = 6000 + PAUSE + len(levels(b"\x18N\n", BIT))
+    seen["tx"][begin:begin + PAUSE + len(levels(QUIET, BIT))] = 1
+
+
 def _ask(seen: dict) -> None:
-    """Send a command behind the second reset, the first behind noise."""
+    """Send a command behind the second reset; noise follows the first."""
     text = levels(b":Q\n", BIT)
     at = 6000 + sum(PAUSE + len(levels(each, BIT)) for each in (b"\x18N\n", QUIET))
     at -= PAUSE // 2
@@ -152,8 +158,9 @@ CHANGES: dict[str, tuple[Callable[[dict], None], str]] = {
     "a pen that touches": (_touch, "pen"),
     "a servo that does not follow the pen": (_lift, "pen"),
     "pulses that are left out": (_omit, "pen"),
-    "no greeting of what moves": (_silence, "answer"),
-    "a command without a reply, resets behind noise": (_ask, "answer"),
+    "no greeting while it moves": (_silence, "answer"),
+    "no greeting of a reset before others": (_mute, "answer"),
+    "no reply behind a reset; noise followed the one before": (_ask, "answer"),
 }
 
 
