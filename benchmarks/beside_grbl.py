@@ -20,14 +20,13 @@ from tools.console import FIRST_TIME, Parser, Progress, command, say, write_file
 
 from . import gcode, grbl, load, load_sender
 from .load_sender import BYTE
+from .pages import with_figures
 from .step_instants import A4988, CLOCK
 
-__all__ = ["FIGURES", "PAGE", "Row", "main", "table", "with_table"]
+__all__ = ["FIGURES", "PAGE", "Row", "main", "table"]
 
 ROOT = Path(__file__).parent.parent
 FIGURES, PAGE = ROOT / "docs" / "gcode-beside-grbl.json", ROOT / "docs" / "gcode.md"
-BEGIN = "<!-- table of python -m benchmarks.beside_grbl -->"
-END = "<!-- end of the table -->"
 
 ABOUT = """\
 Measures the G-code machine, at the pins of the gateware in simulation or on the model that is the
@@ -300,13 +299,6 @@ def table(found: Sequence[dict[str, str]]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def with_table(page: str, found: Sequence[dict[str, str]]) -> str:
-    """Return a page with the table anew."""
-    before, _, rest = page.partition(BEGIN)
-    _, _, after = rest.partition(END)
-    return f"{before}{BEGIN}\n{table(found)}{END}{after}"
-
-
 @command
 def main(argv: list[str] | None = None) -> int:
     """Run the benchmark."""
@@ -320,7 +312,7 @@ def main(argv: list[str] | None = None) -> int:
     if args.write:
         write_files_atomically({
             FIGURES: (json.dumps(found, indent=1, ensure_ascii=False) + "\n").encode(),
-            PAGE: with_table(PAGE.read_text(), found).encode()})
+            PAGE: with_figures(PAGE.read_text(), "beside_grbl", table(found)).encode()})
     return 0
 
 

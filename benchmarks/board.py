@@ -1,12 +1,4 @@
-"""Speed of the board's page compared with its engine alone, and delay of a click.
-
-    python -m benchmarks.board [SECONDS]
-
-Starts `tools.board` on the example, mills, and connects like a page. In alternation, so that other
-load affects both equally: for some seconds the board runs with a page connected that takes every
-frame; then the board is paused and the same engine runs alone, without watching outputs. Finally
-the page moves SW7 repeatedly and waits until LD7 shows it.
-"""
+"""Speed of the board's page compared with its engine alone, and delay of a click."""
 
 import asyncio
 import statistics
@@ -23,7 +15,15 @@ from tb.engines import Engine, choose
 from tb.milling import AUTOMATIC, BUTTON, press, ready_to_mill
 from tools.board.build import timing_of
 from tools.board.scene import unpack
+from tools.console import Parser, command, whole
 from tools.simulate import EXAMPLE
+
+ABOUT = """\
+Starts tools.board on the example, mills, and connects like a page. In alternation, so that other
+load affects both equally: for some seconds the board runs with a page connected that takes every
+frame; then the board is paused and the same engine runs alone, without watching outputs. Finally
+the page moves SW7 repeatedly and waits until LD7 shows it.
+"""
 
 ROOT = Path(__file__).parents[1]
 ROUNDS = 10
@@ -123,9 +123,18 @@ async def measure(address: str, seconds: float, engine: Engine) -> None:
             for name, place in [("median", 0.5), ("95 of 100", 0.95), ("slowest", 1.0)]))
 
 
-async def main() -> int:
+@command
+def main(argv: list[str] | None = None) -> int:
     """Run the benchmark."""
-    seconds = float(sys.argv[1]) if len(sys.argv) > 1 else 1.0
+    parser = Parser(prog="python -m benchmarks.board", description=ABOUT)
+    parser.add_argument("seconds", metavar="SECONDS", type=whole(1, 3600), nargs="?", default=1,
+                        help="seconds of each piece (default: %(default)s)")
+    asyncio.run(_compare(parser.parse_args(argv).seconds))
+    return 0
+
+
+async def _compare(seconds: float) -> None:
+    """Mill on the board's page, and on an engine alone."""
     kind = choose()
     period, scan_bits = timing_of(kind)
     pixels = ~np.asarray(Image.open(EXAMPLE).convert("1"))
@@ -143,8 +152,7 @@ async def main() -> int:
         process.terminate()
         await process.wait()
         engine.close()
-    return 0
 
 
 if __name__ == "__main__":
-    raise SystemExit(asyncio.run(main()))
+    raise SystemExit(main())

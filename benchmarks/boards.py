@@ -21,12 +21,13 @@ from tools.console import (
     write_files_atomically,
 )
 
-__all__ = ["main", "table", "with_table", "without_figures"]
+from .pages import with_figures
+
+__all__ = ["main", "table", "without_figures"]
 
 ROOT = Path(__file__).parent.parent
 FIGURES = ROOT / "docs" / "boards.json"
 PAGES = (ROOT / "README.md", ROOT / "docs" / "boards.md")
-BEGIN, END = "<!-- table of python -m benchmarks.boards -->", "<!-- end of the table -->"
 
 ABOUT = """\
 Builds every machine for every board whose tools pip installs and that has pins for it, with its
@@ -88,13 +89,6 @@ def table(found: dict[str, dict[str, dict]]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def with_table(page: str, found: dict[str, dict[str, dict]]) -> str:
-    """Return a page with the table anew."""
-    before, _, rest = page.partition(BEGIN)
-    _, _, after = rest.partition(END)
-    return f"{before}{BEGIN}\n{table(found)}{END}{after}"
-
-
 def machines_of(board: str) -> list[str]:
     """Return the machines that have pins on a board, in the order in which all are listed."""
     return [name for name in machines() if name in BOARDS[board].allotments]
@@ -142,7 +136,8 @@ def main(argv: list[str] | None = None) -> int:
     for each in slow:
         warn(f"less than a fifth to spare: {each}")
     if args.write:
-        pages = {page: with_table(page.read_text(), found).encode() for page in PAGES}
+        pages = {page: with_figures(page.read_text(), "boards", table(found)).encode()
+                 for page in PAGES}
         write_files_atomically({FIGURES: (json.dumps(found, indent=1) + "\n").encode(), **pages})
     return 0
 

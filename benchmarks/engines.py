@@ -1,19 +1,7 @@
-"""Speed of milling on the engines, side by side.
-
-    python -m benchmarks.engines [PIXELS]
-
-Mills a picture of 400 x 400 with PIXELS set pixels (4000 by default) on CXXRTL, from nothing to the
-finished cut, including compilation, with the system's compiler and that of the Python package
-ziglang, in alternation; then a corner of it on each available engine, and prints clocks per second
-and their ratio. Every machine is compiled with the values of this project and with those of
-CXXRTL's own header, in alternation, by time of processors. Last every machine runs without and with
-its random stimulus, all outputs sampled, on CXXRTL and Verilator in alternation, by time of the
-processor.
-"""
+"""Speed of milling on the engines, side by side."""
 
 import os
 import shlex
-import sys
 import tempfile
 import time
 from contextlib import ExitStack
@@ -31,11 +19,25 @@ from tb.machine import Machine
 from tb.machines import machines
 from tb.milling import mill_picture
 from tb.stimulus import random_blocks
+from tools import console
+
+ABOUT = """\
+Mills a picture of 400 x 400 pixels on CXXRTL, from nothing to the finished cut, including
+compilation, with the system's compiler and that of the Python package ziglang, in alternation; then
+a corner of it on each available engine, and prints clocks per second and their ratio. Every machine
+is compiled with the values of this project and with those of CXXRTL's own header, in alternation,
+by time of processors. Last every machine runs without and with its random stimulus, all outputs
+sampled, on CXXRTL and Verilator in alternation, by time of the processor.
+"""
 
 ROUNDS = 3
 
 #: Clocks of a machine, without stimulus and with it.
 CLOCKS = 1 << 19
+
+
+MOST_PIXELS = 40_600
+"""Pixels of all squares."""
 
 
 def picture(pixels: int) -> np.ndarray:
@@ -112,9 +114,13 @@ def stimulated(machine: Machine) -> None:
               f"{applied / bare:.2f} of it")
 
 
-def main() -> int:
+@console.command
+def main(argv: list[str] | None = None) -> int:
     """Run the benchmark."""
-    large = picture(int(sys.argv[1]) if len(sys.argv) > 1 else 4000)
+    parser = console.Parser(prog="python -m benchmarks.engines", description=ABOUT)
+    parser.add_argument("pixels", metavar="PIXELS", type=console.whole(1, MOST_PIXELS), nargs="?",
+                        default=4000, help="pixels that are set (default: %(default)s)")
+    large = picture(parser.parse_args(argv).pixels)
     small = large[:12, :12]
     if reason := ENGINES["cxxrtl"].missing():
         print(reason)

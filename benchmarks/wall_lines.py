@@ -22,17 +22,17 @@ from tools.console import (
 from tools.picture import encode
 from tools.processes import pool
 
+from .pages import with_figures
 from .wall_path import Wall
 from .wall_pictures import draw_lines, draw_map
 from .wall_sums import BANDS, Motors, Sums, follow, measure, random_line, wall
 
-__all__ = ["FIGURES", "PAGE", "broken", "figures", "main", "report", "with_report"]
+__all__ = ["FIGURES", "PAGE", "broken", "figures", "main", "report"]
 
 ROOT = Path(__file__).parent.parent
 DOCS = ROOT / "docs"
 FIGURES, PAGE = DOCS / "vplotter-lines.json", DOCS / "vplotter.md"
 MAP, COMPARED = DOCS / "vplotter-map.png", DOCS / "vplotter-bowed.png"
-BEGIN, END = "<!-- table of python -m benchmarks.wall_lines -->", "<!-- end of the table -->"
 
 ABOUT = """\
 Draws random lines with the hanging plotter, on models that are the gateware to the bit: from the
@@ -165,13 +165,6 @@ def _many(number: int) -> str:
     return f"{number:,}".replace(",", " ")
 
 
-def with_report(page: str, found: dict[str, Any]) -> str:
-    """Return a page with the table anew."""
-    before, _, rest = page.partition(BEGIN)
-    _, _, after = rest.partition(END)
-    return f"{before}{BEGIN}\n{report(found)}{END}{after}"
-
-
 def _measured(seed: int, numbers: Sequence[int]) -> Sums:
     place = wall()
     return measure([random_line(f"{seed} {number}", place) for number in numbers], place)
@@ -232,7 +225,8 @@ def main(argv: list[str] | None = None) -> int:
     made = {"json": lambda: (json.dumps(facts, indent=1) + "\n").encode(),
             "picture": lambda: encode(draw_map(found.chart, place, facts)),
             "compare": lambda: encode(draw_lines(place)),
-            "page": lambda: with_report(PAGE.read_text(encoding="utf-8"), facts).encode()}
+            "page": lambda: with_figures(
+                PAGE.read_text(encoding="utf-8"), "wall_lines", report(facts)).encode()}
     places = [(args.json, "json"), (args.picture, "picture"), (args.compare, "compare")]
     if args.write:
         places += [(FIGURES, "json"), (MAP, "picture"), (COMPARED, "compare"), (PAGE, "page")]

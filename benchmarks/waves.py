@@ -1,18 +1,19 @@
-"""Time and memory of commands on a large waveform.
-
-    python -m benchmarks.waves [MEGABYTES]
-
-Makes a VCD of that size (100 by default), and runs commands on it, each in a process of its own.
-Prints the time, its ratio to the time in which Python reads the bytes of the file, and the peak
-memory as a multiple of the file, or for diff of both files. Commands with millions of lines are
-limited by --to; they read the whole file nevertheless.
-"""
+"""Time and memory of commands on a large waveform."""
 
 import os
 import sys
 import tempfile
 import time
 from pathlib import Path
+
+from tools.console import Parser, command, whole
+
+ABOUT = """\
+Makes a VCD, and runs commands on it, each in a process of its own. Prints the time, its ratio to
+the time in which Python reads the bytes of the file, and the peak memory as a multiple of the file,
+or for diff of both files. Commands with millions of lines are limited by --to; they read the whole
+file nevertheless.
+"""
 
 SIGNALS = 200
 OTHER = "OTHER"
@@ -68,9 +69,13 @@ def run(*command: str) -> tuple[float, int]:
     return seconds, usage.ru_maxrss * 1024
 
 
-def main() -> int:
+@command
+def main(argv: list[str] | None = None) -> int:
     """Run the benchmark."""
-    size = int(sys.argv[1]) * 1_000_000 if len(sys.argv) > 1 else 100_000_000
+    parser = Parser(prog="python -m benchmarks.waves", description=ABOUT)
+    parser.add_argument("megabytes", metavar="MEGABYTES", type=whole(1, 10_000), nargs="?",
+                        default=100, help="size of the VCD (default: %(default)s)")
+    size = parser.parse_args(argv).megabytes * 1_000_000
     with tempfile.TemporaryDirectory() as folder:
         vcd = Path(folder) / "large.vcd"
         write(vcd, size)

@@ -14,7 +14,8 @@ from PIL import Image
 
 from benchmarks import wall_lines, wall_path
 from benchmarks.ideal import ideal
-from benchmarks.wall_lines import FIGURES, PAGE, broken, figures, main, report, with_report
+from benchmarks.pages import with_figures
+from benchmarks.wall_lines import FIGURES, PAGE, broken, figures, main, report
 from benchmarks.wall_path import Requests, Wall, followed, nearest_lengths
 from benchmarks.wall_pictures import LEFT, MOST, TOP, draw_lines, draw_map
 from benchmarks.wall_sums import CELL, Motors, Sums, bowed, follow, measure, random_line, wall
@@ -258,7 +259,7 @@ def test_the_page_has_the_figures():
     found, page = json.loads(FIGURES.read_text(encoding="utf-8")), PAGE.read_text(encoding="utf-8")
     assert found["good"] and found["lines"] == 10_000
     assert report(found) in page, "run python -m benchmarks.wall_lines --write"
-    assert with_report(page, found) == page
+    assert with_figures(page, "wall_lines", report(found)) == page
     made = Wall(VPlotterSettings(least_y=50))
     assert made.steps_per_mm == found["steps_per_mm"][0]
     assert "bowed, by up to a quarter of the wall" in page

@@ -12,7 +12,8 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.boards import PAGES, table, with_table, without_figures
+from benchmarks.boards import PAGES, table, without_figures
+from benchmarks.pages import with_figures
 from fresa_boards.boards import BOARDS
 from fresa_boards.flow import installed
 from tools import bitstream, build
@@ -259,7 +260,7 @@ class TestWithTheTools:
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_tables_are_those_of_the_figures(page):
-    assert page.read_text() == with_table(page.read_text(), FIGURES)
+    assert page.read_text() == with_figures(page.read_text(), "boards", table(FIGURES))
 
 
 @pytest.mark.parametrize("machine", ["mill", "single", "positioner", "gcode"])

@@ -17,8 +17,8 @@ from benchmarks.beside_grbl import (
     path,
     table,
     text,
-    with_table,
 )
+from benchmarks.pages import with_figures
 
 MACHINE = grbl.Machine(steps=100, speed=100, acceleration=500)
 
@@ -94,4 +94,4 @@ def test_the_table_of_the_page_has_the_figures():
     found = json.loads(FIGURES.read_text(encoding="utf-8"))
     page = PAGE.read_text(encoding="utf-8")
     assert table(found) in page, "run python -m benchmarks.beside_grbl --write"
-    assert with_table(page, found) == page
+    assert with_figures(page, "beside_grbl", table(found)) == page
