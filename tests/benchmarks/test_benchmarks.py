@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import benchmarks
-from benchmarks import serving
+from benchmarks import engines, serving
 from benchmarks.pages import with_figures
 
 FILES = sorted(path for path in Path(benchmarks.__path__[0]).glob("*.py")
@@ -30,6 +30,12 @@ def test_help_says_how_to_run_it_and_what_is_wrong_is_one_line(name, capsys):
     assert usage.startswith(f"usage: python -m benchmarks.{name} [-h]") and len(about) > 6
     assert main(["--no-such-option"]) == 2
     assert len(capsys.readouterr().err.splitlines()) == 1
+
+
+def test_a_picture_of_all_engines_has_as_many_pixels_as_it_may():
+    for wanted, found in ((1, 1), (engines.MOST_PIXELS, engines.MOST_PIXELS),
+                          (engines.MOST_PIXELS + 1, engines.MOST_PIXELS)):
+        assert engines.picture(wanted).sum() == found
 
 
 def test_figures_go_into_a_page_between_their_comments():

@@ -66,7 +66,7 @@ examples:
       Ten times real time, if the computer is fast enough; max is without a limit.
 
 engines:
-  cxxrtl     the gateware as C++; needs a C++ compiler; faster than real time
+  cxxrtl     the gateware as C++; needs a C++ compiler; by far the faster one
   amaranth   Amaranth's own simulator; always available; slower than real time, and too slow for
              some machines
 
