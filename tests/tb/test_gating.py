@@ -4,6 +4,7 @@
 """Conditional evaluation by CXXRTL: each output of each clock is that of Amaranth's simulator."""
 
 import random
+import re
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from amaranth.lib.wiring import In, Out
 
 from tb.design import Design
 from tb.engines import AmaranthEngine, CXXRTLEngine
-from tb.engines.gating import statements
+from tb.engines.gating import gated, statements
 from tests.tb.designs import clocked
 
 
@@ -145,3 +146,16 @@ def test_statements_say_what_they_read_and_change():
 def test_a_register_whose_next_value_is_read_cannot_be_gated():
     with pytest.raises(ValueError, match="next value"):
         statements("\tp_a.next = p_b.next;\n")
+
+
+def test_what_has_little_in_common_is_evaluated_apart():
+    def register(name: str, *reads: str) -> str:
+        value = ".concat(".join(reads) + ")" * (len(reads) - 1)
+        return f"\tif (posedge_p_clk) {{\n\t\tp_top_2e_{name}.next = {value};\n\t}}\n"
+
+    lines = register("a", "p_x", "p_y") + register("b", "p_u", "p_v") + register("c", "p_x", "p_y")
+    _, segments, others = gated("p_top", "posedge_p_clk", lines, ["p_x", "p_y", "p_u", "p_v"], [])
+    assert [sorted(re.findall(r"p_top_2e_(\w)\.next = ", each)) for each in segments if each] == [
+        ["a", "c"], ["b"]]
+    assert "if (p_x != was_p_x) { was_p_x = p_x; dirty[0] |= 0x1ull; }" in others
+    assert "if (p_v != was_p_v) { was_p_v = p_v; dirty[0] |= 0x2ull; }" in others
