@@ -11,11 +11,14 @@ from .models.gcode_language import Interpreter, RefusedLine, words
 
 __all__ = ["read_number", "read_others", "read_program", "read_startup"]
 
+LONGEST_NUMBER = 24
+"""Characters of a number that is given as an option."""
+
 
 def read_number(name: str, text: str) -> Fraction:
     """Return a number above 0 of an option, or raise `ValueError`."""
     try:
-        value = Fraction(text)
+        value = _fraction(text)
     except (ValueError, ZeroDivisionError) as error:
         raise ValueError(f"{name} must be a number such as 250 or 26.667, not {text!r}") from error
     if value <= 0:
@@ -25,14 +28,24 @@ def read_number(name: str, text: str) -> Fraction:
 
 def read_others(text: str) -> tuple[tuple[int, Fraction], ...]:
     """Return settings by number, of such as ``22=1,130=300``."""
-    found = {}
+    found: dict[int, Fraction] = {}
     for part in filter(None, text.split(",")):
-        number, equals, value = part.replace("$", "").partition("=")
+        name, _, value = part.replace("$", "").partition("=")
         try:
-            found[int(number)] = Fraction(value)
+            number, given = int(name), _fraction(value)
         except (ValueError, ZeroDivisionError) as error:
             raise ValueError(f"--settings must be such as 22=1,130=300, not {part!r}") from error
+        if number in found:
+            raise ValueError(f"--settings has ${number} twice")
+        found[number] = given
     return tuple(found.items())
+
+
+def _fraction(text: str) -> Fraction:
+    """Return a number, unless it is one that takes for ever or has no place in a message."""
+    if len(text) > LONGEST_NUMBER or not re.fullmatch(r"[^eE]*([eE][-+]?\d{1,2})?", text):
+        raise ValueError("too large or small, or too long")
+    return Fraction(text)
 
 
 def _language(steps_per_mm: Sequence[Fraction], *, probing: bool) -> Interpreter:

@@ -2,7 +2,7 @@
 
 from collections import deque
 
-__all__ = ["Throttle", "Rate"]
+__all__ = ["CATCH_UP", "Rate", "Throttle"]
 
 #: Seconds that may be caught up; after a longer delay the schedule starts again.
 CATCH_UP = 0.25
@@ -21,10 +21,13 @@ class Throttle:
     ----------
     speed : float or None
         Clocks a second; None for no limit.
+    restarts : int
+        How often the schedule has started again, `CATCH_UP` seconds late or more.
     """
 
     def __init__(self) -> None:
         self.speed: float | None = None
+        self.restarts = 0
         self._start = 0.0
         self._clocks = 0
         self._last_run = 0.0
@@ -39,6 +42,7 @@ class Throttle:
             return WITHOUT_END
         due = int((now - self._start) * self.speed) - self._clocks
         if due > 1 + self.speed * CATCH_UP:
+            self.restarts += 1
             self.begin(now - 1 / self.speed)
             return 1
         return due

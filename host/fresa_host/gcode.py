@@ -259,6 +259,10 @@ class GCode(SerialMachine[GCodeSession]):
 def _way(feed: float, x: float, y: float, z: float) -> str:
     """Return the words of a distance, and a feed."""
     numbers = {"X": x, "Y": y, "Z": z, "F": feed}
-    if not all(map(isfinite, numbers.values())):
+    try:
+        finite = all(map(isfinite, numbers.values()))
+    except (TypeError, OverflowError):
+        finite = False
+    if not finite:
         raise ValueError(f"not a way, or no feed: {numbers}")
     return "".join(f"{letter}{number:.3f}" for letter, number in numbers.items())

@@ -86,6 +86,9 @@ def test_a_jog_and_its_end(fake):
         machine.end_jog()
         with pytest.raises(ValueError, match="nan"):
             machine.jog(float("nan"), x=1)
+        for wrong in ("1", None, 10**400):
+            with pytest.raises(ValueError, match="not a way, or no feed: .*'Y'"):
+                machine.jog(100, y=wrong)
     assert fake.lines[-1] == "$J=G21G91X-1.500Y0.000Z2.000F600.000"
     assert fake.real_time[-1] == b"\x85"
 

@@ -29,12 +29,14 @@ class TestPace:
         made, runs = run(throttle, 100, most=1 << 20, each=0.0005)
         assert made == pytest.approx(100 * speed, abs=1 + speed * 0.01)
         assert runs <= 1.01 * min(made, 100 / LEAST_REST_S) + 1
+        assert not throttle.restarts
 
     def test_does_not_make_up_for_what_cannot_be_done(self):
         throttle = Throttle()
         throttle.speed = 1e6
         made, _ = run(throttle, 10, most=1000, each=0.01)  # a tenth of that speed
         assert made == pytest.approx(1e6, rel=0.05)
+        assert throttle.restarts > 10
         # And after that all is due no faster than it should be.
         now = 2000.0
         throttle.begin(now)

@@ -212,6 +212,8 @@ def _count(number: int, what: str) -> str:
 def _read(path: Path, name: str) -> list[str]:
     """Read the lines of a program."""
     if str(path) == "-":
+        if sys.stdin is None:
+            raise UserError("there is no standard input to read: give a file")
         data = sys.stdin.buffer.read(LARGEST + 1)
     else:
         with path.open("rb") as file:

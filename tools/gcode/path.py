@@ -1,5 +1,6 @@
 """The path that a program asks for, exactly: lines and arcs, from the model of the language."""
 
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from math import atan2, ceil, cos, hypot, pi, sin, sqrt, tau
@@ -13,6 +14,9 @@ Point = tuple[float, float, float]
 """X, Y and Z in mm, in the machine's coordinates."""
 
 NM = 1e6
+
+#: Commands that move, or change what later lines do.
+CHANGES = re.compile(r".*=.*|\$(C|SLP|H[XYZ]?)")
 """Nanometres in a mm."""
 
 STRAY_MM = 1e-5
@@ -157,10 +161,10 @@ class Asked:
         RefusedLine
             If it is refused, with GRBL's code.
         ValueError
-            If it is a ``$`` command that changes what later lines do, or a probing.
+            If it is a ``$`` command that moves or changes what later lines do, or a probing.
         """
         if line.startswith("$"):
-            if "=" in line or line.upper().replace(" ", "") == "$H":
+            if CHANGES.fullmatch("".join(line.upper().split())):
                 raise ValueError(f"the path behind {line!r} is not known here: leave it out, and "
                                  "give settings as options")
             return

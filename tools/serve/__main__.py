@@ -23,9 +23,9 @@ prints. Open that like the serial port of the real machine: with a terminal prog
 Python's pyserial. The baud rate that a program sets does not matter. With --tcp the line is also
 a TCP port of this computer.
 
-Simulated time is real time. All connected programs receive what the machine sends; what it sends
-while none is connected is lost. Lines of several programs are sent one after the other. Ctrl-C
-ends the simulation.
+Simulated time is real time where the computer is fast enough; if it falls behind, that is said.
+All connected programs receive what the machine sends; what it sends while none is connected is
+lost. Lines of several programs are sent one after the other. Ctrl-C ends the simulation.
 
 Commands that can be typed here:
 

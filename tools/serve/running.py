@@ -7,7 +7,7 @@ from collections.abc import Callable
 from tb.engines import Engine
 from tb.uart import SerialLine
 
-from ..throttle import Throttle
+from ..throttle import CATCH_UP, Throttle
 
 __all__ = ["MOST_WAITING", "Running"]
 
@@ -17,6 +17,9 @@ MOST_WAITING = 256
 #: Seconds that a run should take, and clocks of the first run.
 SLICE = 0.01
 FIRST_SLICE = 1000
+
+#: Seconds that simulated time may be behind in all before that is said.
+LATE_S = 2
 
 #: Seconds between checks whether to stop, if nothing else happens.
 IDLE = 0.02
@@ -38,12 +41,15 @@ class Running:
         the free places of the queue to it.
     ended : callable
         Called in the thread at its end, with the error if there was one.
+    behind : callable
+        Called in the thread once, when clocks of `LATE_S` seconds were never made.
     """
 
     def __init__(self, engine: Engine, period: int, *, speed: float | None,
                  on_data: Callable[[bytes, int], None],
-                 ended: Callable[[Exception | None], None]) -> None:
-        self._engine, self._on_data, self._ended = engine, on_data, ended
+                 ended: Callable[[Exception | None], None],
+                 behind: Callable[[], None]) -> None:
+        self._engine, self._on_data, self._ended, self._behind = engine, on_data, ended, behind
         self._line = SerialLine(engine, period)
         self._throttle = Throttle()
         self._throttle.speed = speed
@@ -52,6 +58,7 @@ class Running:
         self._queued = bytearray()
         self._levels: dict[str, int] = {}
         self._break = False
+        self._late = False
         self._stopping = threading.Event()
         self._thread = threading.Thread(target=self._work, daemon=True)
 
@@ -103,6 +110,9 @@ class Running:
     def _advance(self) -> None:
         start = time.monotonic()
         clocks = min(self._throttle.due(start), self._slice)
+        if not self._late and self._throttle.restarts * CATCH_UP >= LATE_S:
+            self._late = True
+            self._behind()
         if clocks < 1:
             return
         with self._lock:

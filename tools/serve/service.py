@@ -9,10 +9,11 @@ import asyncio
 import socket
 from collections.abc import Awaitable, Callable
 from contextlib import suppress
+from functools import partial
 
 from tb.engines import Engine
 
-from ..console import UserError
+from ..console import UserError, warn
 from .running import Running
 from .terminal import Terminal
 
@@ -33,6 +34,10 @@ LINE_TIMEOUT_S = 1.0
 MOST_UNREAD = 1 << 16
 
 ENDS = (b"\r", b"\n")
+
+#: What is said once when simulated time is not real time.
+BEHIND = ("simulated time is seconds behind real time: this computer is busy, or too slow for the "
+          "machine; what the machine does is right all the same, only later")
 
 
 def check_port(port: int) -> None:
@@ -85,7 +90,8 @@ class Service:
         self.ended: asyncio.Future[str] = self._loop.create_future()
         self._running = Running(engine, period, speed=speed,
                                 on_data=self._from_thread(self._on_data),
-                                ended=self._from_thread(self._on_end))
+                                ended=self._from_thread(self._on_end),
+                                behind=self._from_thread(partial(warn, BEHIND)))
         try:
             self._terminal = Terminal()
         except OSError as error:

@@ -12,7 +12,7 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out, connect
 
 from ..arithmetic import Line
-from ..checks import in_range
+from ..checks import in_range, power_of_two
 from ..choice import add_choice
 from ..clock import CLOCK, clocks_of
 from ..drive import (
@@ -31,6 +31,7 @@ from ..drive import (
 from ..motion import (
     KINEMATICS,
     MAX_BACKLASH,
+    MAX_BLOCKS,
     AccessoryRestart,
     AlarmCode,
     BacklashCompensator,
@@ -205,6 +206,7 @@ class GCodeSettings:
             raise ValueError("X and Y of corexy must have the same steps per mm")
         self._check_second_motor()
         self._check_startup()
+        power_of_two("depth", self.depth, 4, MAX_BLOCKS)
         # Which check ranges
         _ = Line(clock=self.clock), self._values
         pwm_frequency(self.pwm_hz, clock=self.clock)

@@ -4,7 +4,7 @@ from amaranth import Cat, Module, Signal, unsigned
 from amaranth.lib import data, enum, memory, stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from ..checks import in_range
+from ..checks import power_of_two
 from .orders import Order
 
 __all__ = [
@@ -17,10 +17,7 @@ MAX_DEPTH = 16
 
 def valid_depth(value: object) -> int:
     """Return `value` if a ledger can have that depth, else raise ValueError."""
-    depth = in_range("depth", value, 2, MAX_DEPTH)
-    if depth & (depth - 1):
-        raise ValueError(f"depth must be a power of two, not {depth}")
-    return depth
+    return power_of_two("depth", value, 2, MAX_DEPTH)
 
 
 class RequestKind(enum.Enum, shape=unsigned(8)):

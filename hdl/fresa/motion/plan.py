@@ -28,7 +28,7 @@ from amaranth import Cat, Const, Module, Mux, Signal, signed, unsigned
 from amaranth.lib import data, memory, stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from ..checks import in_range
+from ..checks import in_range, power_of_two
 
 __all__ = ["MAX_BLOCKS", "BlockQueue"]
 
@@ -108,8 +108,8 @@ class BlockQueue(wiring.Component):
 
     def __init__(self, *, depth: int = 64, words: int = 16, word: int = 36,
                  width: int = 62) -> None:
-        self.depth = _power("depth", depth, MAX_BLOCKS)
-        self.words = _power("words", words, 64)
+        self.depth = power_of_two("depth", depth, 4, MAX_BLOCKS)
+        self.words = power_of_two("words", words, 4, 64)
         self.word = in_range("word", word, 2, 64)
         self.width = in_range("width", width, self.word + 1, 2 * self.word)
         self.gain, self.limit = self.words, self.words + 2
@@ -282,11 +282,3 @@ class BlockQueue(wiring.Component):
             m.d.sync += [requested.eq(0), read_out.eq(0)]
         with m.If(self.flush):
             m.d.sync += [place.eq(0), fetched.eq(0), offered.valid.eq(0)]
-
-
-def _power(name: str, value: object, most: int) -> int:
-    """Return `value` if it is a power of two from 4 to `most`, else raise ValueError."""
-    number = in_range(name, value, 4, most)
-    if number & (number - 1):
-        raise ValueError(f"{name} must be a power of two, not {number}")
-    return number

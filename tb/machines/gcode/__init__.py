@@ -198,6 +198,7 @@ MACHINE = Machine(
                       of_models=["instants", "planning", "arcs", "hour"],
                       sizes={"gcode": ("", "netlist nexys2-gcode")},
                       faults={"resets": (10_000, 1000), "flips": (4000, 300)},
-                      unmutated="Its parts are mutated one by one.", mutated=PARTS,
+                      unmutated="The parts of `gcode` are mutated one by one, not the machine.",
+                      mutated=PARTS,
                       mutants_least=95, quick_mutants="overrides"),
     **parts(__name__, "faults", "fuzz", "modelled", "netlist", "scenarios"))

@@ -144,6 +144,7 @@ MACHINE = Machine(
     recorded=Recorded(benchmarks={"lines": ("benchmarks.wall_lines",
                                             "benchmarks.wall_lines --lines 300 --motors 10")},
                       faults={"resets": (10_000, 1000), "flips": (4000, 300)},
-                      unmutated="Its parts are mutated one by one.", mutated=PARTS,
+                      unmutated="The parts of `vplotter` are mutated one by one, not the machine.",
+                      mutated=PARTS,
                       mutants_least=90, quick_mutants="string_homing"),
     **parts(__name__, "faults", "fuzz", "modelled", "netlist", "scenarios"))

@@ -170,6 +170,13 @@ class TestWrong:
         (["good", "--settings", "100=80"], "$100 has a setting of its own"),
         (["good", "--settings", "221=0.1"], "leave $220 to $222 out"),
         (["good", "--dialect", "thesis"], "unrecognized arguments: --dialect thesis"),
+        (["good", "--settings", "22=1,22=0"], "--settings has $22 twice"),
+        (["good", "--settings", f"22={'9' * 400}.5"], "--settings must be such as"),
+        (["good", "--settings", "11=1e5000"], "--settings must be such as"),
+        (["good", "--steps", "1e5000", "1", "1"], "--steps must be a number such as"),
+        (["good", "--depth", "65"], "depth must be a power of two, not 65"),
+        (["checks"], "line 1: the path behind '$c' is not known here"),
+        (["homes_one"], "line 1: the path behind '$HX' is not known here"),
         (["good", "--settings", "20=1"], "$20, soft limits, needs $22, homing"),
         (["good", "--clock", "1"], "must be a whole number from 2000000"),
         ([], "the following arguments are required: FILE"),
@@ -179,7 +186,8 @@ class TestWrong:
         monkeypatch.setattr(command, "_build", None)  # never called
         for name, data in (("binary", b"G1\0X1"), ("empty", b""), ("comments", b"%\n(G1)\n;\n"),
                            ("good", b"G0 X1\n"), ("homes", b"$X\n$H\n"), ("sets", b"$100=80\n"),
-                           ("probes", b"G38.3 Z-1 F60\n")):
+                           ("probes", b"G38.3 Z-1 F60\n"), ("checks", b"$c\nG0 X1\n"),
+                           ("homes_one", b"$HX\n")):
             Path(name).write_bytes(data)
         before = sorted(tmp_path.iterdir())
         assert run(*arguments) == 2

@@ -26,9 +26,9 @@ BIT = 16
 
 
 @asynccontextmanager
-async def echo(**options):
+async def echo(speed=None, **options):
     engine = AmaranthEngine(component("echo", Echo(period=BIT)))
-    async with asyncio.timeout(PATIENCE), Service(engine, BIT, speed=None, **options) as served:
+    async with asyncio.timeout(PATIENCE), Service(engine, BIT, speed=speed, **options) as served:
         try:
             yield served
         finally:
@@ -263,6 +263,18 @@ def test_a_machine_that_fails_says_why(monkeypatch):
             assert await served.ended == "the machine has ended: RuntimeError: out of steam"
 
     asyncio.run(session())
+
+
+@pytest.mark.parametrize(("speed", "said"), [(1e12, 1), (10, 0)])
+def test_time_that_falls_behind_is_said_once(monkeypatch, capsys, speed, said):
+    monkeypatch.setattr(running, "LATE_S", 0.25)
+
+    async def session():
+        async with echo(speed=speed):
+            await asyncio.sleep(1)
+
+    asyncio.run(session())
+    assert capsys.readouterr().err.count("simulated time is seconds behind real time") == said
 
 
 def test_the_terminal_hears_the_end():
