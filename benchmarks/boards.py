@@ -32,11 +32,12 @@ PAGES = (ROOT / "README.md", ROOT / "docs" / "boards.md")
 ABOUT = """\
 Builds every machine for every board whose tools pip installs and that has pins for it, with its
 default options, and prints for each pair the cells of the FPGA that it takes, the fastest clock by
-place and route, and how much of that the board's clock leaves to spare. Some seven minutes on two
-cores.
+place and route, and how much of that the board's clock leaves to spare. A build takes from seconds
+to some ten minutes, gcode and vplotter longest.
 
 With --write the figures are kept in docs/boards.json, and the tables in README.md and
-docs/boards.md are written anew. Boards and machines that are not named keep their figures.
+docs/boards.md are written anew, when all of a board is built. Boards and machines that are not
+named keep their figures.
 """
 
 CELLS = {"ice40": "ICESTORM_LC", "ecp5": "TRELLIS_COMB"}
@@ -101,6 +102,13 @@ def without_figures(found: dict[str, dict[str, dict]]) -> str:
     return f"run python -m benchmarks.boards {' '.join(boards)} --write" if boards else ""
 
 
+def write(found: dict[str, dict[str, dict]]) -> None:
+    """Keep figures, and write the tables of the pages."""
+    pages = {page: with_figures(page.read_text(), "boards", table(found)).encode()
+             for page in PAGES}
+    write_files_atomically({FIGURES: (json.dumps(found, indent=1) + "\n").encode(), **pages})
+
+
 @command
 def main(argv: list[str] | None = None) -> int:
     """Run the benchmark."""
@@ -131,14 +139,12 @@ def main(argv: list[str] | None = None) -> int:
                 progress.advance()
             every = {**found.get(board, {}), **new}
             found[board] = {name: every[name] for name in machines_of(board) if name in every}
-    found = {name: found[name] for name in boards if name in found}
+            found = {name: found[name] for name in boards if name in found}
+            if args.write:
+                write(found)
     say(table({name: found[name] for name in chosen}))
     for each in slow:
         warn(f"less than a fifth to spare: {each}")
-    if args.write:
-        pages = {page: with_figures(page.read_text(), "boards", table(found)).encode()
-                 for page in PAGES}
-        write_files_atomically({FIGURES: (json.dumps(found, indent=1) + "\n").encode(), **pages})
     return 0
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import benchmarks
-from benchmarks import engines, serving
+from benchmarks import boards, engines, serving
 from benchmarks.pages import with_figures
 
 FILES = sorted(path for path in Path(benchmarks.__path__[0]).glob("*.py")
@@ -56,3 +56,21 @@ def test_the_table_of_served_machines_has_the_figures():
     page = serving.PAGE.read_text(encoding="utf-8")
     text = serving.report(kept["clock_hz"], kept["seconds"], kept["rounds"], found)
     assert with_figures(page, "serving", text) == page, "run python -m benchmarks.serving --write"
+
+
+def test_a_board_that_is_built_keeps_its_figures_if_the_next_one_fails(tmp_path, monkeypatch):
+    page, kept = tmp_path / "page.md", tmp_path / "boards.json"
+    page.write_text("<!-- table of python -m benchmarks.boards -->\n<!-- end of the table -->\n")
+    monkeypatch.setattr(boards, "FIGURES", kept)
+    monkeypatch.setattr(boards, "PAGES", (page,))
+
+    def figures(board, machine):
+        if board == "ulx3s-25f":
+            raise RuntimeError("no place")
+        return {"cells": 12, "of": 99, "clock_mhz": 50.0, "fmax_mhz": 75.5, "margin": 0.51}
+
+    monkeypatch.setattr(boards, "figures", figures)
+    with pytest.raises(RuntimeError, match="no place"):
+        boards.main(["icepi-zero", "ulx3s-25f", "--machine", "mill", "--write"])
+    assert json.loads(kept.read_text()) == {"icepi-zero": {"mill": figures("icepi-zero", "mill")}}
+    assert "| `icepi-zero`, 99 cells | 50 MHz | 12 cells, 75 MHz, +51% |" in page.read_text()
