@@ -164,8 +164,8 @@ struct Engine {
 	}
 
 #ifdef STATE
-	// Fewer clocks than WORTH take no longer than the try. After a stretch something happens, in some clocks.
-	static constexpr int64_t WORTH = 32, REST = 6, LONGEST_REST = 512;
+	// Fewer clocks than WORTH take no longer than the tries. After a stretch something happens, in some clocks.
+	static constexpr int64_t WORTH = 256, REST = 6, LONGEST_REST = 2048;
 	std::unique_ptr<stretch::state> ahead; // the state a clock ago, when a try is due
 	int64_t rest = 0, pause = REST;
 
