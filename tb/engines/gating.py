@@ -30,7 +30,7 @@ WORD = 64
 
 #: What part of all that two segments of a module read both must read to be one. With less, much is
 #: evaluated that has not changed; with more, calls take longer than what they evaluate.
-ALIKE = 0.5
+ALIKE = 0.2
 
 
 @dataclass(eq=False)
