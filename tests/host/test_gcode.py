@@ -86,6 +86,7 @@ def test_a_jog_and_its_end(fake):
         machine.end_jog()
         with pytest.raises(ValueError, match="nan"):
             machine.jog(float("nan"), x=1)
+        wrong: Any
         for wrong in ("1", None, 10**400):
             with pytest.raises(ValueError, match="not a way, or no feed: .*'Y'"):
                 machine.jog(100, y=wrong)
