@@ -14,10 +14,10 @@ Point = tuple[float, float, float]
 """X, Y and Z in mm, in the machine's coordinates."""
 
 NM = 1e6
-
-#: Commands that move, or change what later lines do.
-CHANGES = re.compile(r".*=.*|\$(C|SLP|H[XYZ]?)")
 """Nanometres in a mm."""
+
+CHANGES = re.compile(r".*=.*|\$(C|SLP|H[XYZ]?)")
+"""Commands that move, or change what later lines do."""
 
 STRAY_MM = 1e-5
 """Where an arc's end is farther than this from its circle, a line leads there."""

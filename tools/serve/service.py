@@ -35,9 +35,9 @@ MOST_UNREAD = 1 << 16
 
 ENDS = (b"\r", b"\n")
 
-#: What is said once when simulated time is not real time.
-BEHIND = ("simulated time is seconds behind real time: this computer is busy, or too slow for the "
-          "machine; what the machine does is right all the same, only later")
+#: What is said once when less is simulated than the speed asks for.
+BEHIND = ("simulated time has fallen seconds behind: this computer is busy, or too slow for the "
+          "machine at this speed; what the machine does is right all the same, only later")
 
 
 def check_port(port: int) -> None:

@@ -274,7 +274,7 @@ def test_time_that_falls_behind_is_said_once(monkeypatch, capsys, speed, said):
             await asyncio.sleep(1)
 
     asyncio.run(session())
-    assert capsys.readouterr().err.count("simulated time is seconds behind real time") == said
+    assert capsys.readouterr().err.count("simulated time has fallen seconds behind") == said
 
 
 def test_the_terminal_hears_the_end():
