@@ -15,6 +15,7 @@ from tests.tools.process import ROOT, command
 from tools.panel.settings import load
 
 pytestmark = pytest.mark.browser
+PANEL = "tests.tools.panel.patient"
 ADDRESS = r"http://127\.0\.0\.1:\d+/\S+"
 WIDTH, HEIGHT = 1180, 800
 
@@ -98,7 +99,7 @@ def home(libraries, tmp_path_factory) -> Iterator[Path]:
 @pytest.fixture(scope="module")
 def panel(home, chromium) -> Iterator[Page]:
     """Give the page of a panel, open in a browser."""
-    with command("tools.panel", "--simulate", says=ADDRESS) as address:
+    with command(PANEL, "--simulate", says=ADDRESS) as address:
         yield Page(chromium(WIDTH, HEIGHT), address)
 
 
@@ -293,7 +294,7 @@ def test_everything_is_kept(libraries, tmp_path, monkeypatch, chromium):
     """End the panel and begin it again: it is as it was, though the machine was off."""
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
     browser = chromium(WIDTH, HEIGHT)
-    with command("tools.panel", "--simulate", says=ADDRESS) as address:
+    with command(PANEL, "--simulate", says=ADDRESS) as address:
         page = Page(browser, address)
         page.connect()
         page.slide("z", 17)
@@ -309,7 +310,7 @@ def test_everything_is_kept(libraries, tmp_path, monkeypatch, chromium):
     steps = load(tmp_path / "fresa" / "panel-simulated.json").steps
     place = tuple(round(um, 2) for um in Place.of(steps))
     assert place == pytest.approx(seen, abs=2) and place[0] > 3
-    with command("tools.panel", "--simulate", says=ADDRESS) as address:
+    with command(PANEL, "--simulate", says=ADDRESS) as address:
         page = Page(browser, address)
         page.until(lambda: page.find("point-7-z").get_attribute("value") == "3.25", "the point")
         assert tuple(page.place(axis) for axis in "xyz") == place
