@@ -186,11 +186,13 @@ def _passes(code: str, logic: _Logic, inputs: Sequence[str], *, whole: bool
 
     Unless the `whole` is needed, for waveforms, there is nothing but this to compile.
     """
+    bits = {name: int(width) for width, name in re.findall(
+        r"^\t(?:/\*\w+\*/ )?(?:value|wire)<(\d+)> (\w+)", code, re.M)}
     if not whole:
         code = code.replace(logic.lines, "", 1)
     overridden = "\tbool eval(performer *performer = nullptr) override;\n"
     members, segments, others = gated(logic.module, logic.edge, logic.lines, inputs,
-                                      logic.memories)
+                                      logic.memories, bits)
     code = code.replace(overridden, overridden + members, 1)
     end = f"}}; // struct {logic.module}\n"
     declared = code[:code.index(end) + len(end)]

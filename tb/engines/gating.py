@@ -4,17 +4,22 @@ Most of a machine stands still in most clocks: a planner that has nothing to pla
 nothing comes. So its logic, a list of statements in the order of their data flow, is cut into
 segments, each of statements of one module that have data flow in common or read much the same, and
 a segment is evaluated only when something that it reads has changed: an input, a register, a
-memory, or a value of a segment before. What a segment gives depends on nothing else, so all
-registers and outputs are in every clock as if all of it were evaluated.
+memory, or a value of a segment before. Of what it compares with numbers only the outcome counts,
+and of what it reads some bits these: most of what reads a counter waits for a number, and what
+reads a state for a state. What a segment gives depends on nothing else, so all registers and
+outputs are in every clock as if all of it were evaluated.
 
 The idea is that of Beamer and Donofrio, "Efficiently exploiting low activity factors to accelerate
 RTL simulation", DAC 2020.
 """
 
+import operator
 import re
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
+from graphlib import CycleError, TopologicalSorter
 from itertools import groupby
 
 __all__ = ["gated", "statements"]
@@ -22,15 +27,37 @@ __all__ = ["gated", "statements"]
 #: Names of values and registers, of locals, and of memories.
 NAME = re.compile(r"\b(?:p|i|memory)_(?!index\b)\w+")
 
+#: What is read of a value or register: some of its bits, or the outcome of a comparison.
+BITS = r"[pi]_\w+(?:\.curr)?"
+SLICE = r"\.slice<[\d,]+>\(\)\.val\(\)"
+PART = re.compile(
+    rf"\b(?:eq|ne|lt|le|gt|ge)_uu<1>\({BITS}(?:{SLICE})?, value<\d+>\{{[^}}]*\}}\)"
+    rf"|\b(?:logic_not|reduce_bool|reduce_or)<1>\({BITS}(?:{SLICE})?\)|\b{BITS}{SLICE}")
+WHOLE = "@"
+
+#: Comparisons of all bits, those with 0 apart.
+COMPARED = re.compile(r"(eq|ne|lt|le|gt|ge)_uu<1>\(@, value<\d+>\{(?:0x)?([0-9a-f]+)u\}\)")
+TRUE = re.compile(r"(?:logic_not|reduce_bool|reduce_or)<1>\(@\)")
+
+#: Up to so many comparisons are made when a value has changed. For more there is a table, of few
+#: bits, or all that reads some part of it is evaluated.
+COMPARISONS = 12
+TABLED = 4
+TABLE_BITS = 6
+
 #: What is called seldom is not made a part of what calls it.
 APART = "__attribute__((noinline))"
 
 #: Bits of a word of flags.
 WORD = 64
 
-#: What part of all that two segments of a module read both must read to be one. With less, much is
-#: evaluated that has not changed; with more, calls take longer than what they evaluate.
-ALIKE = 0.2
+#: Up to so many statements that read a value are evaluated together with it.
+FEW = 3
+
+#: What part of all that two segments of a module read both must read to be one, where what many
+#: read counts little. With less, much is evaluated that has not changed; with more, calls take
+#: longer than what they evaluate.
+ALIKE = 0.05
 
 
 @dataclass(eq=False)
@@ -45,6 +72,8 @@ class Statement:
         What it changes: values at once, registers and memories at the end of the clock.
     reads : set of str
         What it needs, by name.
+    parts : dict
+        What it needs of each name: parts, as expressions of ``@``.
     module : tuple of str, optional
         Path of the module that it is from.
     """
@@ -54,6 +83,7 @@ class Statement:
     registers: set[str] = field(default_factory=set)
     memories: set[str] = field(default_factory=set)
     reads: set[str] = field(default_factory=set)
+    parts: dict[str, set[str]] = field(default_factory=dict)
     module: tuple[str, ...] | None = None
 
 
@@ -88,9 +118,16 @@ def _statement(text: str) -> Statement:
         (made.registers if ".next" in left else made.values).update(names)
         rest = rest.replace(f"{left} = ", " ", 1)
     made.memories.update(re.findall(r"\b(memory_\w+)\.update\(", text))
-    made.reads.update(NAME.findall(rest))
     if ".next" in rest:
         raise ValueError(f"the next value of a register is read: {text}")
+
+    def part(found: re.Match[str]) -> str:
+        name = NAME.findall(found[0])[0]
+        made.parts.setdefault(name, set()).add(re.sub(BITS, WHOLE, found[0], count=1))
+        return " "
+
+    made.parts.update((name, {WHOLE}) for name in NAME.findall(PART.sub(part, rest)))
+    made.reads.update(made.parts)
     made.module = _module(next(iter(sorted(made.values | made.registers | made.memories)), ""))
     return made
 
@@ -105,10 +142,21 @@ def _module(name: str) -> tuple[str, ...] | None:
 
 @dataclass(eq=False)
 class Segment:
-    """Statements that are evaluated together, or not at all."""
+    """Statements that are evaluated together, or not at all.
+
+    Attributes
+    ----------
+    statements : list of Statement
+        They.
+    number : int
+        The place of its flag.
+    runs : bool
+        Its registers change in almost all clocks.
+    """
 
     statements: list[Statement]
     number: int = 0
+    runs: bool = False
 
     @property
     def flag(self) -> tuple[int, int]:
@@ -119,10 +167,21 @@ class Segment:
         """Return what its statements have under a name."""
         return set().union(*(getattr(each, what) for each in self.statements))
 
-    def likeness(self, other: "Segment") -> float:
-        """Return the part that both read of all that one of them reads."""
-        mine, others = (each.all("reads") - each.all("values") for each in (self, other))
-        return len(mine & others) / len(mine | others) if mine | others else 1
+    def parts(self, name: str) -> set[str]:
+        """Return what parts of a name it reads."""
+        parts = set().union(*(each.parts.get(name, set()) for each in self.statements))
+        return {WHOLE} if WHOLE in parts else parts
+
+    @cached_property
+    def needs(self) -> set[tuple[str, str]]:
+        """What it reads that is not its own, by name and part; not to be changed after."""
+        return {(name, part) for name in self.all("reads") - self.all("values")
+                for part in self.parts(name)}
+
+
+def _joined(segments: Iterable[Segment]) -> Segment:
+    """Make segments one."""
+    return Segment([one for each in segments for one in each.statements])
 
 
 def _place(every: Sequence[Statement]) -> None:
@@ -182,7 +241,14 @@ def _segments(every: Sequence[Statement]) -> list[Segment]:
                 left[user] -= 1
                 if not left[user] and flow[user].module != module:
                     ready.setdefault(flow[user].module or (), []).append(user)
-    return [part for each in segments + _ends(every, segments) for part in _parts(each)]
+    readers: Counter[str | tuple[str, str]] = Counter()
+    for each in every:
+        readers.update(each.reads)
+        readers.update((name, part) for name, parts in each.parts.items() for part in parts)
+    found = [part for each in segments + _ends(every, segments) for part in _parts(each, readers)]
+    running = _joined(each for each in found if each.runs)
+    running.runs = True
+    return [*(each for each in found if not each.runs), *([running] * bool(running.statements))]
 
 
 def _ends(every: Sequence[Statement], segments: Sequence[Segment]) -> list[Segment]:
@@ -205,34 +271,86 @@ def _ends(every: Sequence[Statement], segments: Sequence[Segment]) -> list[Segme
         rest, key=lambda each: (bool(each.memories), each.module))]
 
 
-def _parts(segment: Segment) -> list[Segment]:
-    """Cut a segment into what has no data flow in common, but for parts that read much the same."""
+def _parts(segment: Segment, readers: Counter) -> list[Segment]:
+    """Cut a segment into what has much data flow in common, or reads much the same.
+
+    Parameters
+    ----------
+    segment : Segment
+        The segment.
+    readers : Counter
+        How many statements read a name, and a part of it.
+    """
     if segment.all("memories"):
         return [segment]
-    flows: list[Segment] = []
-    for each in segment.statements:
-        joined = [flow for flow in flows if flow.all("values") & (each.reads | each.values)]
-        flows = [flow for flow in flows if flow not in joined]
-        flows.append(Segment([*(one for flow in joined for one in flow.statements), each]))
     parts: list[Segment] = []
-    for flow in flows:
-        alike = max(parts, key=flow.likeness, default=None)
-        if alike and flow.likeness(alike) >= ALIKE:
-            alike.statements += flow.statements
-        else:
-            parts.append(flow)
-    return parts
+    for each in segment.statements:
+        near = each.values | {name for name in each.reads if readers[name] <= FEW}
+        joined = [part for part in parts if part.all("values") & near]
+        parts = [part for part in parts if part not in joined]
+        parts.append(_joined([*joined, Segment([each])]))
+
+    def weight(needs: set[tuple[str, str]]) -> float:
+        return sum(1 / readers[need] for need in needs)
+
+    def likeness(other: Segment, part: Segment) -> float:
+        every = weight(other.needs | part.needs)
+        return weight(other.needs & part.needs) / every if every else 1
+
+    found: list[Segment] = []
+    for part in _ordered(parts):
+        part.runs = _runs(part, readers)
+        like = [other for other in found if not (part.runs or other.runs)]
+        alike = max(like, key=lambda other: likeness(other, part), default=part)
+        if alike is not part and likeness(alike, part) >= ALIKE:
+            later = found[found.index(alike) + 1:]
+            # One of both moves to the other, if no other needs it or is needed between.
+            if not any(other.all("values") & part.all("reads") for other in later):
+                found[found.index(alike)] = _joined([alike, part])
+                continue
+            if not any(other.all("reads") & alike.all("values") for other in later):
+                found.remove(alike)
+                part = _joined([alike, part])
+        found.append(part)
+    places = {each: place for place, each in enumerate(segment.statements)}
+    for each in found:
+        each.statements.sort(key=places.__getitem__)
+    return found
+
+
+def _ordered(parts: list[Segment]) -> list[Segment]:
+    """Order segments by their data flow; those that need each other become one."""
+    while True:
+        writer = {name: each for each in parts for name in each.all("values")}
+        flow = {each: [writer[name] for name in sorted(each.all("reads"))
+                       if writer.get(name, each) is not each] for each in parts}
+        try:
+            return list(TopologicalSorter(flow).static_order())
+        except CycleError as error:
+            circle = [each for each in parts if each in error.args[1]]
+            parts = [each for each in parts if each not in circle] + [_joined(circle)]
+
+
+def _runs(segment: Segment, readers: Counter) -> bool:
+    """Tell whether a segment is a counter alone that nothing stops, but for a reset."""
+    registers = segment.all("registers")
+    return (len(registers) == 1
+            and len(segment.all("reads") - segment.all("values") - registers) <= 1
+            and any(re.search(r"\b(?:add|sub)_", each.text) for each in segment.statements)
+            and all(readers[name] == sum(name in each.reads for each in segment.statements)
+                    for name in segment.all("values")))
 
 
 class _Writer:
     """Writes segments in C++, with a flag for each that something it reads has changed."""
 
-    def __init__(self, module: str, edge: str, lines: str) -> None:
+    def __init__(self, module: str, edge: str, lines: str, bits: Mapping[str, int]) -> None:
         # Some locals hide a member of the same name, which is for waveforms.
         hiding = set(re.findall(r"^\tvalue<\d+> p_(\w+);\n", lines, re.M))
         lines = re.sub(r"\bp_(\w+)", lambda found: (
             f"i_{found[1]}" if found[1] in hiding else found[0]), lines)
         self._module, self._edge = module, edge
+        self._bits = {**bits, **{f"i_{name}": bits[f"p_{name}"] for name in hiding}}
         self._locals = {name: kind
                         for kind, name in re.findall(r"^\t(value<\d+>) (\w+);\n", lines, re.M)}
         found = _segments(statements(re.sub(
@@ -245,6 +363,11 @@ class _Writer:
             for number, each in enumerate(of, first):
                 each.number = number
         self.words = -(-(begin + len(self.stores)) // WORD) or 1
+        # Registers that are taken together, of each segment.
+        self.taken = {each: [names] if each.runs else [[name] for name in names] for each in found
+                      if (names := sorted(each.all("registers")))}
+        self.groups = {name: number for number, group in enumerate(
+            group for groups in self.taken.values() for group in groups) for name in group}
         self._readers: dict[str, list[Segment]] = {}
         self._homes: dict[str, set[int]] = {}
         for each in found:
@@ -264,59 +387,102 @@ class _Writer:
         return [f"{kind} {name};" for name, kind in self._locals.items()
                 if len(self._homes.get(name, ())) > 1]
 
-    def wake(self, name: str, but: Segment | None = None) -> str:
-        """Raise the flags of the segments that read a name, but for one."""
+    def wake(self, every: Iterable[Segment]) -> str:
+        """Raise the flags of segments."""
         masks = [0] * self.words
-        for each in self._readers.get(name, ()):
+        for each in every:
             word, bit = each.flag
-            if each is not but:
-                masks[word] |= bit
+            masks[word] |= bit
         return " ".join(f"dirty[{word}] |= {mask:#x}ull;"
                         for word, mask in enumerate(masks) if mask)
 
+    def readers(self, name: str, but: Segment | None = None) -> list[Segment]:
+        """Return the segments that read a name, but for one."""
+        return [each for each in self._readers.get(name, ()) if each is not but]
+
+    def changed(self, name: str, before: str, after: str, but: Segment | None = None) -> str:
+        """Raise the flags of the segments that read what has changed of a name, but for one."""
+        parts: dict[str, list[Segment]] = {}
+        for each in self.readers(name, but):
+            for part in each.parts(name) or {WHOLE}:  # of a memory that it writes
+                parts.setdefault(part, []).append(each)
+        always = self.wake(parts.pop(WHOLE, ()))
+        bits = self._bits[name]
+        if len(parts) >= TABLED and bits <= TABLE_BITS and all(
+                COMPARED.fullmatch(part) or TRUE.fullmatch(part) for part in parts):
+            return always + self._table(parts, before, after, 1 << bits)
+        if len(parts) > COMPARISONS or bits == 1:
+            return self.wake(self.readers(name, but))
+        return always + " ".join(
+            f"if ({part.replace(WHOLE, before)} != {part.replace(WHOLE, after)}) "
+            f"{{ {self.wake(every)} }}" for part, every in sorted(parts.items()))
+
+    def _table(self, parts: dict[str, list[Segment]], before: str, after: str, size: int) -> str:
+        """Look up which flags to raise for values at which a comparison is not as at most."""
+        tables = [[0] * size for _ in range(self.words)]
+        for part, every in parts.items():
+            found = COMPARED.fullmatch(part)
+            compare, number = (getattr(operator, found[1]), int(found[2], 16)) if found else (
+                operator.eq, 0)
+            outcomes = [compare(value, number) for value in range(size)]
+            rare = sum(outcomes) <= size // 2
+            for each in every:
+                word, bit = each.flag
+                for value, outcome in enumerate(outcomes):
+                    tables[word][value] |= bit * (outcome == rare)
+        return " ".join(
+            f"{{ static constexpr uint64_t flags[] = {{{', '.join(map(hex, table))}}}; "
+            f"dirty[{word}] |= flags[{before}.data[0]] | flags[{after}.data[0]]; }}"
+            for word, table in enumerate(tables) if any(table))
+
     def evaluate(self, each: Segment) -> list[str]:
         """Define the function that evaluates a segment."""
-        outside = [name for name in sorted(each.all("values")) if self.wake(name, each)]
-        word, bit = each.flag
+        outside = [name for name in sorted(each.all("values")) if self.readers(name, each)]
+        moved = [
+            f"\tmoved[{self.groups[group[0]] // WORD}] |= uint64_t("
+            + " || ".join(f"{name}.curr != {name}.next" for name in group)
+            + f") << {self.groups[group[0]] % WORD};" for group in self.taken.get(each, ())]
         return [
             f"void {self._module}::segment_{each.number}() {{",
             f"\tconstexpr bool {self._edge} = true; (void){self._edge};",
-            *([f"\tran[{word}] |= {bit:#x}ull;"] if each.all("registers") else []),
             *(f"\t{kind} {name};" for name, kind in self._locals.items()
               if self._homes.get(name) == {each.number}),
             *(f"\tauto was_{name} = {name};" for name in outside),
             *(one.text.rstrip("\n") for one in each.statements),
-            *(f"\tif ({name} != was_{name}) {{ {self.wake(name, each)} }}"
-              for name in outside), "}"]
+            *(f"\tif ({name} != was_{name}) "
+              f"{{ {self.changed(name, f'was_{name}', name, each)} }}" for name in outside),
+            *moved, "}"]
 
     def take(self, each: Segment) -> list[str]:
-        """Define the function by which registers of a segment take their next values."""
-        names = sorted(each.all("registers"))
-        return [f"void {self._module}::take_{each.number}() {{", *(
-            f"\tif ({name}.curr != {name}.next) {{ {name}.curr = {name}.next; {self.wake(name)} }}"
-            for name in names), "}"] if names else []
+        """Define the functions by which registers of a segment take their next values."""
+        return [
+            f"void {self._module}::take_{self.groups[group[0]]}() {{ " + " ".join(
+                f"if ({name}.curr != {name}.next) {{ "
+                f"{self.changed(name, f'{name}.curr', f'{name}.next')} "
+                f"{name}.curr = {name}.next; }}" for name in group) + " }"
+            for group in self.taken.get(each, ())]
 
-    def table(self, function: str, every: Sequence[Segment]) -> str:
-        """Define a table of functions of segments, by their numbers."""
-        calls = {each.number: f"[]({self._module} *self) {{ self->{function}_{each.number}(); }}"
-                 for each in every}
+    def table(self, function: str, numbers: Collection[int]) -> str:
+        """Define a table of numbered functions."""
+        calls = [f"[]({self._module} *self) {{ self->{function}_{number}(); }}"
+                 if number in numbers else "nullptr"
+                 for number in range(max(numbers, default=0) + 1)]
         return (f"static constexpr void (*{function}[])({self._module} *) = {{\n\t"
-                + ",\n\t".join(calls.get(n, "nullptr") for n in range(self.words * WORD)) + "};")
+                + ",\n\t".join(calls) + "};")
 
     def call(self, function: str, flags: str, words: range) -> list[str]:
-        """Call a function of each segment with a flag up, also of those that it raises behind it.
+        """Call the function of each flag that is up, also of those that it raises behind it.
 
         A branch for each flag would take longer, and so would one call for all words, whose target
         no processor foresees.
         """
         return [
-            f"\tfor (uint64_t bit, later = -1; (bit = {flags}[{word}] & later); "
-            f"later = -(bit << 1)) {{ bit &= -bit; {flags}[{word}] ^= bit; "
-            f"{function}[{WORD * word} + __builtin_ctzll(bit)](this); }}" for word in words]
+            f"\tfor (uint64_t up; (up = {flags}[{word}]);) {{ {flags}[{word}] = up & (up - 1); "
+            f"{function}[{WORD * word} + __builtin_ctzll(up)](this); }}" for word in words]
 
 
 def gated(module: str, edge: str, lines: str, inputs: Sequence[str],
-          memories: Sequence[str]) -> tuple[str, list[str], str]:
+          memories: Sequence[str], bits: Mapping[str, int]) -> tuple[str, list[str], str]:
     """Return members of the module for conditional evaluation, and their definitions.
 
     Those of segments come one by one, so that they may be compiled apart, then all others.
@@ -335,31 +501,35 @@ def gated(module: str, edge: str, lines: str, inputs: Sequence[str],
         The body of ``eval``.
     inputs, memories : sequence of str
         Members that hold what comes from outside, and memories.
+    bits : mapping of str to int
+        Widths of members and locals.
     """
-    write = _Writer(module, edge, lines)
-    taking = [each for each in write.all if each.all("registers")]
-    inputs = [name for name in inputs if write.wake(name)]
+    write = _Writer(module, edge, lines, bits)
+    groups = set(write.groups.values())
+    inputs = [name for name in inputs if write.readers(name)]
     flags = [sum(each.flag[1] for each in write.all if each.flag[0] == word)
              for word in range(write.words)]
-    flow = -(-len(write.flow) // WORD)
+    flow, taken = (-(-len(each) // WORD) for each in (write.flow, groups))
     members = [
-        *write.shared, f"uint64_t dirty[{write.words}], ran[{write.words}];",
+        *write.shared, f"uint64_t dirty[{write.words}], moved[{taken or 1}];",
         *(f"decltype({name}) was_{name};" for name in inputs),
         "void wake();", "void inputs();", "void outputs();", "void next();",
         *(f"{APART} void segment_{each.number}();" for each in write.all),
-        *(f"{APART} void take_{each.number}();" for each in taking)]
+        *(f"{APART} void take_{number}();" for number in sorted(groups))]
     segments = ["\n".join([*write.evaluate(each), *write.take(each), ""]) for each in write.all]
     return "".join(f"\t{member}\n" for member in members), segments, "\n".join([
-        write.table("segment", write.all), write.table("take", taking),
+        write.table("segment", {each.number for each in write.all}), write.table("take", groups),
         f"void {module}::wake() {{",
         *(f"\tdirty[{word}] = {mask:#x}ull;" for word, mask in enumerate(flags)),
-        "\tmemset(ran, 0, sizeof(ran));", "}",
+        "\tmemset(moved, 0, sizeof(moved));", "}",
         f"void {module}::inputs() {{",
-        *(f"\tif ({name} != was_{name}) {{ was_{name} = {name}; {write.wake(name)} }}"
+        *(f"\tif ({name} != was_{name}) "
+          f"{{ was_{name} = {name}; {write.wake(write.readers(name))} }}"
           for name in inputs), "}",
         f"void {module}::outputs() {{", *write.call("segment", "dirty", range(flow)), "}",
         f"void {module}::next() {{", "\tobserver observer;", "\toutputs();",
         *write.call("segment", "dirty", range(flow, write.words)),
-        *write.call("take", "ran", range(write.words)),
-        *(f"\tif ({name}.commit(observer)) {{ {write.wake(name)} }}" for name in memories),
+        *write.call("take", "moved", range(taken)),
+        *(f"\tif ({name}.commit(observer)) {{ {write.wake(write.readers(name))} }}"
+          for name in memories),
         "}", ""])

@@ -56,6 +56,40 @@ class Part(wiring.Component):
         return m
 
 
+class Waiting(wiring.Component):
+    """Registers that wait for numbers of a counter that nothing stops, of a state, and of a value.
+
+    The `many` are so many numbers that a counter is not compared with each.
+    """
+
+    a: In(9)
+    b: In(40)
+    seen: Out(30)
+    now: Out(4)
+
+    def __init__(self, seed: int, many: int = 3) -> None:
+        self.seed, self.many = seed, many
+        super().__init__()
+
+    def elaborate(self, platform) -> Module:
+        m, rng = Module(), random.Random(self.seed)
+        clocks, state, value = Signal(7), Signal(5), Signal(6)
+        m.d.sync += clocks.eq(clocks + rng.choice([1, 3, 125]))
+        m.d.comb += value.eq(self.b[3:] + clocks[:2])
+        with m.If(self.a[0] | (clocks[:3] == rng.randrange(8))):
+            m.d.sync += state.eq(Mux(self.b[1], state + 1, self.a))
+        outcomes = [
+            *(clocks == rng.randrange(128) for _ in range(self.many)), clocks[4], clocks[2:5] == 3,
+            *(state == rng.choice([1, 2, rng.randrange(32)]) for _ in range(6)),
+            rng.choice([state > 28, state < 3, state != 17, ~state.any(), state.bool()]),
+            state >= rng.randrange(32), value == rng.randrange(64), value[1:4], value != 1]
+        for bit, outcome in enumerate(outcomes):
+            with m.If(outcome):
+                m.d.sync += self.seen.bit_select(bit % 30, 1).eq(self.seen[bit % 30] ^ self.b[bit])
+        m.d.comb += self.now.eq(Cat(outcomes[0], outcomes[-1], outcomes[-4], outcomes[-5]))
+        return m
+
+
 def design(seed: int, parts: int) -> Design:
     """Make parts that are joined at random, also by values of the same clock."""
     rng, clk = random.Random(seed), Signal()
@@ -76,6 +110,10 @@ def design(seed: int, parts: int) -> Design:
     for output in outputs.values():
         m.d.comb += output.eq(any_of(40, parts).xor())
     outputs |= {f"now_{n}": every[-1 - n].now for n in range(3)}
+    for number, many in enumerate([3] * (parts // 3) + [14]):
+        m.submodules[f"waiting_{number}"] = part = Waiting(seed * 100 + number, many)
+        m.d.comb += [part.a.eq(any_of(9, parts)), part.b.eq(any_of(40, parts))]
+        outputs |= {f"seen_{number}": part.seen, f"waits_{number}": part.now}
     return Design("parts", m, clk, inputs, outputs)
 
 
@@ -148,14 +186,68 @@ def test_a_register_whose_next_value_is_read_cannot_be_gated():
         statements("\tp_a.next = p_b.next;\n")
 
 
-def test_what_has_little_in_common_is_evaluated_apart():
-    def register(name: str, *reads: str) -> str:
-        value = ".concat(".join(reads) + ")" * (len(reads) - 1)
-        return f"\tif (posedge_p_clk) {{\n\t\tp_top_2e_{name}.next = {value};\n\t}}\n"
+def test_statements_say_which_parts_they_read():
+    (made,) = statements(
+        "\tp_a = (eq_uu<1>(p_n.curr, value<2>{0x2u}) ? p_m.curr.slice<3,1>().val() : "
+        "(logic_not<1>(p_k.slice<4>().val()) ? and_uu<3>(p_o, p_n.curr.slice<2,0>().val()) : "
+        "(gt_uu<1>(p_o, value<3>{0x4u}) ? i_l.concat(p_m.curr.slice<0>()).val() : p_a)));\n")
+    assert made.parts == {
+        "p_n": {"eq_uu<1>(@, value<2>{0x2u})", "@.slice<2,0>().val()"}, "p_m": {"@"},
+        "p_k": {"logic_not<1>(@.slice<4>().val())"}, "p_o": {"@"}, "i_l": {"@"}, "p_a": {"@"}}
 
-    lines = register("a", "p_x", "p_y") + register("b", "p_u", "p_v") + register("c", "p_x", "p_y")
-    _, segments, others = gated("p_top", "posedge_p_clk", lines, ["p_x", "p_y", "p_u", "p_v"], [])
-    assert [sorted(re.findall(r"p_top_2e_(\w)\.next = ", each)) for each in segments if each] == [
-        ["a", "c"], ["b"]]
-    assert "if (p_x != was_p_x) { was_p_x = p_x; dirty[0] |= 0x1ull; }" in others
-    assert "if (p_v != was_p_v) { was_p_v = p_v; dirty[0] |= 0x2ull; }" in others
+
+def register(name: str, value: str) -> str:
+    return f"\tif (posedge_p_clk) {{\n\t\tp_top_2e_{name}.next = {value};\n\t}}\n"
+
+
+def gate(lines: str, inputs: str, **bits: int) -> tuple[list[str], str]:
+    """Return the registers that each segment changes, and all that is written."""
+    bits = dict.fromkeys(re.findall(r"\bp_\w+", lines), 8) | bits
+    _, segments, others = gated("p_top", "posedge_p_clk", lines, inputs.split(), [], bits)
+    changed = ("".join(re.findall(r"\bp_top_2e_(\w)\.next = ", each)) for each in segments)
+    return [each for each in changed if each], "".join([*segments, others])
+
+
+def test_what_has_little_in_common_is_evaluated_apart():
+    segments, text = gate(
+        register("a", "p_x.concat(p_y)") + register("b", "p_u.concat(p_v)")
+        + register("c", "p_x.concat(p_y)"), "p_x p_y p_u p_v")
+    assert segments == ["ac", "b"]
+    assert "if (p_x != was_p_x) { was_p_x = p_x; dirty[0] |= 0x1ull; }" in text
+    assert "if (p_v != was_p_v) { was_p_v = p_v; dirty[0] |= 0x2ull; }" in text
+
+
+def test_what_waits_for_a_number_is_evaluated_when_it_comes():
+    segments, text = gate(
+        register("n", "(p_x ? p_y : p_z)")
+        + register("a", "(eq_uu<1>(p_top_2e_n.curr, value<3>{0x5u}) ? p_u : p_v)"), "p_x p_u")
+    assert segments == ["n", "a"]
+    assert ("if (eq_uu<1>(p_top_2e_n.curr, value<3>{0x5u}) != "
+            "eq_uu<1>(p_top_2e_n.next, value<3>{0x5u})) { dirty[0] |= 0x2ull; }") in text
+
+
+def test_what_waits_for_states_is_looked_up():
+    reads = [f"{compared}_uu<1>(p_top_2e_n.curr, value<2>{{0x{number}u}})" for compared, number in
+             [("eq", 1), ("eq", 2), ("gt", 2), ("ne", 1)]]
+    lines = register("n", "p_x") + "".join(
+        register(name, f"({each} ? p_{name} : p_z{name})") for name, each in zip("abcd", reads,
+                                                                                strict=True))
+    segments, text = gate(lines, "p_x", p_top_2e_n=3)
+    assert segments == ["n", "a", "b", "c", "d"]
+    # Flags 1 to 4, of eight states: 0 to 2 are as seldom as can be of what is above 2.
+    assert ("flags[] = {0x8, 0x1a, 0xc, 0x0, 0x0, 0x0, 0x0, 0x0}; "
+            "dirty[0] |= flags[p_top_2e_n.curr.data[0]] | flags[p_top_2e_n.next.data[0]];") in text
+
+
+def test_counters_that_nothing_stops_are_evaluated_together():
+    def counter(name: str) -> str:
+        return register(name, f"(p_rst ? value<8>{{0u}} : add_uu<9>(p_top_2e_{name}.curr, "
+                              "value<1>{0x1u}).slice<7,0>().val())")
+
+    stops = register("s", "(p_rst ? value<8>{0u} : (p_go ? add_uu<8>(p_top_2e_s.curr, p_x) : "
+                          "p_top_2e_s.curr))")
+    segments, text = gate(counter("a") + stops + counter("b"), "p_rst p_go p_x")
+    assert segments == ["s", "ab"]
+    assert len(re.findall(r"void p_top::take_\d+\(\)", text)) == 2
+    assert ("p_top_2e_a.curr != p_top_2e_a.next || p_top_2e_b.curr != p_top_2e_b.next"
+            in text)
