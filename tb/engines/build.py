@@ -50,6 +50,8 @@ KEPT = 500
 STRETCH_SLOWLY = '__attribute__((optimize("O1")))'
 
 PART = r"[\w.]+\.slice<[\d,]+>\(\)"
+#: A bit again and again, as the sign of a number is written.
+AGAIN = re.compile(r"\.concat\((\w+<1>\([\w.]+\))\)(?:\.concat\(\1\))+")
 JOINT = re.compile(rf"{PART}(?:\.concat\({PART}\))+")
 
 HERE = Path(__file__).parent
@@ -125,7 +127,7 @@ def _build(work: Path, text: str, head: str, command: Sequence[str], shims: Sequ
     level = 4 if debug else 3 if names else 0
     script = f"read_rtlil design.il; write_cxxrtl -O6 -g{level} design.cc"
     call([*YOSYS, "-q", "-p", script], work)
-    code = _plain_memories((work / "design.cc").read_text())
+    code = _repeated(_plain_memories((work / "design.cc").read_text()))
     edges = set(re.findall(r"bool ((?:pos|neg)edge_\w+)\(\) const", code))
     rising, falling = (f"{edge}_{_mangled('clk')}" for edge in ("posedge", "negedge"))
     if inner := sorted(edges - {rising, falling}):
@@ -246,6 +248,12 @@ def _stretches(code: str, logic: _Logic) -> str:
         f"\tconstexpr bool {logic.edge} = true;\n{logic.lines}\t}}\n}};\n}}",
         f"#define STATE {' '.join(f'X({name})' for name in logic.registers)}",
         f"#define MEMORIES {' '.join(f'X({name})' for name in memories)}", ""])
+
+
+def _repeated(code: str) -> str:
+    """Write a bit that is concatenated again and again as one operation."""
+    return AGAIN.sub(lambda found: (
+        f".concat({found[1]}.repeat<{found[0].count(found[1])}>().val())"), code)
 
 
 def _plain_memories(code: str) -> str:
