@@ -462,23 +462,20 @@ class _Writer:
                 f"{name}.curr = {name}.next; }}" for name in group) + " }"
             for group in self.taken.get(each, ())]
 
-    def table(self, function: str, numbers: Collection[int]) -> str:
-        """Define a table of numbered functions."""
-        calls = [f"[]({self._module} *self) {{ self->{function}_{number}(); }}"
-                 if number in numbers else "nullptr"
-                 for number in range(max(numbers, default=0) + 1)]
-        return (f"static constexpr void (*{function}[])({self._module} *) = {{\n\t"
-                + ",\n\t".join(calls) + "};")
-
-    def call(self, function: str, flags: str, words: range) -> list[str]:
+    def call(self, function: str, flags: str, numbers: Collection[int]) -> list[str]:
         """Call the function of each flag that is up, also of those that it raises behind it.
 
-        A branch for each flag would take longer, and so would one call for all words, whose target
-        no processor foresees.
+        A branch for each flag would take longer, and so would one for all words, whose target no
+        processor foresees.
         """
-        return [
-            f"\tfor (uint64_t up; (up = {flags}[{word}]);) {{ {flags}[{word}] = up & (up - 1); "
-            f"{function}[{WORD * word} + __builtin_ctzll(up)](this); }}" for word in words]
+        lines = []
+        for word, every in groupby(sorted(numbers), lambda number: number // WORD):
+            calls = "".join(f"case {number % WORD}: {function}_{number}(); break; "
+                            for number in every)
+            lines.append(
+                f"\tfor (uint64_t up; (up = {flags}[{word}]);) {{ {flags}[{word}] = up & (up - 1); "
+                f"switch (__builtin_ctzll(up)) {{ {calls}default: __builtin_unreachable(); }} }}")
+        return lines
 
 
 def gated(module: str, edge: str, lines: str, inputs: Sequence[str],
@@ -509,16 +506,14 @@ def gated(module: str, edge: str, lines: str, inputs: Sequence[str],
     inputs = [name for name in inputs if write.readers(name)]
     flags = [sum(each.flag[1] for each in write.all if each.flag[0] == word)
              for word in range(write.words)]
-    flow, taken = (-(-len(each) // WORD) for each in (write.flow, groups))
     members = [
-        *write.shared, f"uint64_t dirty[{write.words}], moved[{taken or 1}];",
+        *write.shared, f"uint64_t dirty[{write.words}], moved[{len(groups) // WORD + 1}];",
         *(f"decltype({name}) was_{name};" for name in inputs),
         "void wake();", "void inputs();", "void outputs();", "void next();",
         *(f"{APART} void segment_{each.number}();" for each in write.all),
         *(f"{APART} void take_{number}();" for number in sorted(groups))]
     segments = ["\n".join([*write.evaluate(each), *write.take(each), ""]) for each in write.all]
     return "".join(f"\t{member}\n" for member in members), segments, "\n".join([
-        write.table("segment", {each.number for each in write.all}), write.table("take", groups),
         f"void {module}::wake() {{",
         *(f"\tdirty[{word}] = {mask:#x}ull;" for word, mask in enumerate(flags)),
         "\tmemset(moved, 0, sizeof(moved));", "}",
@@ -526,10 +521,11 @@ def gated(module: str, edge: str, lines: str, inputs: Sequence[str],
         *(f"\tif ({name} != was_{name}) "
           f"{{ was_{name} = {name}; {write.wake(write.readers(name))} }}"
           for name in inputs), "}",
-        f"void {module}::outputs() {{", *write.call("segment", "dirty", range(flow)), "}",
+        f"void {module}::outputs() {{",
+        *write.call("segment", "dirty", {each.number for each in write.flow}), "}",
         f"void {module}::next() {{", "\tobserver observer;", "\toutputs();",
-        *write.call("segment", "dirty", range(flow, write.words)),
-        *write.call("take", "moved", range(taken)),
+        *write.call("segment", "dirty", {each.number for each in write.stores}),
+        *write.call("take", "moved", groups),
         *(f"\tif ({name}.commit(observer)) {{ {write.wake(write.readers(name))} }}"
           for name in memories),
         "}", ""])

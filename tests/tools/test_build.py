@@ -17,7 +17,7 @@ from PIL import Image
 
 from fresa.machines.mill import Mill, MillTiming, step_period
 from fresa_boards import verilog
-from fresa_boards.nexys2 import NEXYS2_500
+from fresa_boards.nexys2 import NEXYS2_500, NEXYS2_1200
 from fresa_boards.verilog import from_rtlil
 from tb.machines import machines
 from tools import build
@@ -388,6 +388,16 @@ class TestSize:
         resources = synthesise(built.rtlil, built.top)
         assert resources.luts <= 0.9 * NEXYS2_500.capacity.luts  # as docs/gcode.md says
         assert resources.block_rams <= NEXYS2_500.capacity.block_rams
+
+    @pytest.mark.long
+    def test_all_of_gcode_fits_the_larger_nexys2(self):
+        chosen = dict.fromkeys(["probing", "startup_lines", "single_axes"], "yes")
+        built = build_declared("nexys2-1200", machines()["gcode"])
+        assert built.rtlil == build_declared("nexys2-1200", machines()["gcode"], **chosen).rtlil
+        resources = synthesise(built.rtlil, built.top)
+        assert resources.luts <= NEXYS2_1200.capacity.luts
+        assert resources.flip_flops <= NEXYS2_1200.capacity.flip_flops
+        assert resources.block_rams <= NEXYS2_1200.capacity.block_rams
 
     @pytest.mark.long
     @pytest.mark.parametrize("name", ["probing", "startup_lines", "single_axes"])

@@ -87,6 +87,11 @@ class TestGateware:
         assert run("-", *MACHINE) == 0
         assert "2 lines of G-code, a path of 0.2 mm in 2 parts" in capsys.readouterr().out
 
+    def test_without_standard_input(self, monkeypatch, capsys):
+        monkeypatch.setattr("sys.stdin", None)
+        assert run("-", *MACHINE) == 2
+        assert "there is no standard input to read: give a file" in capsys.readouterr().err
+
     def test_a_line_that_is_refused(self, tmp_path, program, capsys):
         program.write_text(PROGRAM.replace("M0", bad := "G2 X9 I1"))
         before = sorted(tmp_path.iterdir())
