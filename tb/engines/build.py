@@ -37,7 +37,7 @@ FLAGS = ("-std=c++17", "-O2", "-fno-tree-vectorize", "-funroll-loops", "-DNDEBUG
 
 #: Characters of segments that are compiled together. Of a file the compiler weighs each call of a
 #: small function against all others, so twice the size takes it four times as long.
-TOGETHER = 120_000
+TOGETHER = 170_000
 
 #: And of those that stay beside the loops over clocks.
 ALONE = 40_000
