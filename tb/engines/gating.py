@@ -13,6 +13,7 @@ The idea is that of Beamer and Donofrio, "Efficiently exploiting low activity fa
 RTL simulation", DAC 2020.
 """
 
+import math
 import operator
 import re
 from collections import Counter
@@ -25,7 +26,7 @@ from itertools import groupby
 __all__ = ["gated", "statements"]
 
 #: Names of values and registers, of locals, and of memories.
-NAME = re.compile(r"\b(?:p|i|memory)_(?!index\b)\w+")
+NAME = re.compile(r"\b(?:memory_)?[pi]_\w+")
 
 #: What is read of a value or register: some of its bits, or the outcome of a comparison.
 BITS = r"[pi]_\w+(?:\.curr)?"
@@ -35,13 +36,15 @@ PART = re.compile(
     rf"|\b(?:logic_not|reduce_bool|reduce_or)<1>\({BITS}(?:{SLICE})?\)|\b{BITS}{SLICE}")
 WHOLE = "@"
 
-#: Comparisons of all bits, those with 0 apart.
+#: Comparisons of all bits, and those with 0.
 COMPARED = re.compile(r"(eq|ne|lt|le|gt|ge)_uu<1>\(@, value<\d+>\{(?:0x)?([0-9a-f]+)u\}\)")
 TRUE = re.compile(r"(?:logic_not|reduce_bool|reduce_or)<1>\(@\)")
 
-#: Up to so many comparisons are made when a value has changed. For more there is a table, of few
-#: bits, or all that reads some part of it is evaluated.
+#: Up to so many parts of a value are compared when it has changed; if more are read, all that reads
+#: one of them is evaluated.
 COMPARISONS = 12
+
+#: But so many or more are looked up, if all are comparisons of a value of at most so many bits.
 TABLED = 4
 TABLE_BITS = 6
 
@@ -70,6 +73,8 @@ class Statement:
         Its lines.
     values, registers, memories : set of str
         What it changes: values at once, registers and memories at the end of the clock.
+    kept : set of str
+        Registers that it changes only under a condition.
     reads : set of str
         What it needs, by name.
     parts : dict
@@ -82,6 +87,7 @@ class Statement:
     values: set[str] = field(default_factory=set)
     registers: set[str] = field(default_factory=set)
     memories: set[str] = field(default_factory=set)
+    kept: set[str] = field(default_factory=set)
     reads: set[str] = field(default_factory=set)
     parts: dict[str, set[str]] = field(default_factory=dict)
     module: tuple[str, ...] | None = None
@@ -117,13 +123,15 @@ def _statement(text: str) -> Statement:
         names = NAME.findall(left)
         (made.registers if ".next" in left else made.values).update(names)
         rest = rest.replace(f"{left} = ", " ", 1)
+    if re.search(r"^\t\tif \((?!tmp_)", text, re.M):
+        made.kept.update(made.registers)
     made.memories.update(re.findall(r"\b(memory_\w+)\.update\(", text))
     if ".next" in rest:
         raise ValueError(f"the next value of a register is read: {text}")
 
     def part(found: re.Match[str]) -> str:
         name = NAME.findall(found[0])[0]
-        made.parts.setdefault(name, set()).add(re.sub(BITS, WHOLE, found[0], count=1))
+        made.parts.setdefault(name, set()).add(re.sub(rf"\b{BITS}", WHOLE, found[0], count=1))
         return " "
 
     made.parts.update((name, {WHOLE}) for name in NAME.findall(PART.sub(part, rest)))
@@ -147,11 +155,11 @@ class Segment:
     Attributes
     ----------
     statements : list of Statement
-        They.
+        Those, in an order in which they can be evaluated.
     number : int
         The place of its flag.
     runs : bool
-        Its registers change in almost all clocks.
+        It has registers that are likely to change in every clock.
     """
 
     statements: list[Statement]
@@ -245,7 +253,7 @@ def _segments(every: Sequence[Statement]) -> list[Segment]:
     for each in every:
         readers.update(each.reads)
         readers.update((name, part) for name, parts in each.parts.items() for part in parts)
-    found = [part for each in segments + _ends(every, segments) for part in _parts(each, readers)]
+    found = [part for each in segments + _ends(every, segments) for part in _cut(each, readers)]
     running = _joined(each for each in found if each.runs)
     running.runs = True
     return [*(each for each in found if not each.runs), *([running] * bool(running.statements))]
@@ -271,7 +279,7 @@ def _ends(every: Sequence[Statement], segments: Sequence[Segment]) -> list[Segme
         rest, key=lambda each: (bool(each.memories), each.module))]
 
 
-def _parts(segment: Segment, readers: Counter) -> list[Segment]:
+def _cut(segment: Segment, readers: Counter) -> list[Segment]:
     """Cut a segment into what has much data flow in common, or reads much the same.
 
     Parameters
@@ -283,56 +291,59 @@ def _parts(segment: Segment, readers: Counter) -> list[Segment]:
     """
     if segment.all("memories"):
         return [segment]
-    parts: list[Segment] = []
+    pieces: list[Segment] = []
     for each in segment.statements:
         near = each.values | {name for name in each.reads if readers[name] <= FEW}
-        joined = [part for part in parts if part.all("values") & near]
-        parts = [part for part in parts if part not in joined]
-        parts.append(_joined([*joined, Segment([each])]))
+        joined = [piece for piece in pieces if piece.all("values") & near]
+        pieces = [piece for piece in pieces if piece not in joined]
+        pieces.append(_joined([*joined, Segment([each])]))
 
     def weight(needs: set[tuple[str, str]]) -> float:
-        return sum(1 / readers[need] for need in needs)
+        return math.fsum(1 / readers[need] for need in needs)  # whatever their order
 
-    def likeness(other: Segment, part: Segment) -> float:
-        every = weight(other.needs | part.needs)
-        return weight(other.needs & part.needs) / every if every else 1
+    def likeness(other: Segment, piece: Segment) -> float:
+        every = weight(other.needs | piece.needs)
+        return weight(other.needs & piece.needs) / every if every else 1
 
     found: list[Segment] = []
-    for part in _ordered(parts):
-        part.runs = _runs(part, readers)
-        like = [other for other in found if not (part.runs or other.runs)]
-        alike = max(like, key=lambda other: likeness(other, part), default=part)
-        if alike is not part and likeness(alike, part) >= ALIKE:
+    for piece in _ordered(pieces):
+        piece.runs = _runs(piece, readers)
+        like = [other for other in found if not (piece.runs or other.runs)]
+        alike = max(like, key=lambda other: likeness(other, piece), default=piece)
+        if alike is not piece and likeness(alike, piece) >= ALIKE:
             later = found[found.index(alike) + 1:]
             # One of both moves to the other, if no other needs it or is needed between.
-            if not any(other.all("values") & part.all("reads") for other in later):
-                found[found.index(alike)] = _joined([alike, part])
+            if not any(other.all("values") & piece.all("reads") for other in later):
+                found[found.index(alike)] = _joined([alike, piece])
                 continue
             if not any(other.all("reads") & alike.all("values") for other in later):
                 found.remove(alike)
-                part = _joined([alike, part])
-        found.append(part)
+                piece = _joined([alike, piece])
+        found.append(piece)
     places = {each: place for place, each in enumerate(segment.statements)}
     for each in found:
         each.statements.sort(key=places.__getitem__)
     return found
 
 
-def _ordered(parts: list[Segment]) -> list[Segment]:
+def _ordered(pieces: list[Segment]) -> list[Segment]:
     """Order segments by their data flow; those that need each other become one."""
     while True:
-        writer = {name: each for each in parts for name in each.all("values")}
+        writer = {name: each for each in pieces for name in each.all("values")}
         flow = {each: [writer[name] for name in sorted(each.all("reads"))
-                       if writer.get(name, each) is not each] for each in parts}
+                       if writer.get(name, each) is not each] for each in pieces}
         try:
             return list(TopologicalSorter(flow).static_order())
         except CycleError as error:
-            circle = [each for each in parts if each in error.args[1]]
-            parts = [each for each in parts if each not in circle] + [_joined(circle)]
+            circle = [each for each in pieces if each in error.args[1]]
+            pieces = [each for each in pieces if each not in circle] + [_joined(circle)]
 
 
 def _runs(segment: Segment, readers: Counter) -> bool:
-    """Tell whether a segment is a counter alone that nothing stops, but for a reset."""
+    """Tell whether a segment is likely to be a counter that nothing stops.
+
+    That is a register with a sum or a difference, and one other name, the reset of most.
+    """
     registers = segment.all("registers")
     return (len(registers) == 1
             and len(segment.all("reads") - segment.all("values") - registers) <= 1
@@ -404,7 +415,7 @@ class _Writer:
         """Raise the flags of the segments that read what has changed of a name, but for one."""
         parts: dict[str, list[Segment]] = {}
         for each in self.readers(name, but):
-            for part in each.parts(name) or {WHOLE}:  # of a memory that it writes
+            for part in each.parts(name):
                 parts.setdefault(part, []).append(each)
         always = self.wake(parts.pop(WHOLE, ()))
         bits = self._bits[name]
@@ -448,6 +459,8 @@ class _Writer:
             *(f"\t{kind} {name};" for name, kind in self._locals.items()
               if self._homes.get(name) == {each.number}),
             *(f"\tauto was_{name} = {name};" for name in outside),
+            # It may have been evaluated in this clock, with another outcome of the condition.
+            *(f"\t{name}.next = {name}.curr;" for name in sorted(each.all("kept"))),
             *(one.text.rstrip("\n") for one in each.statements),
             *(f"\tif ({name} != was_{name}) "
               f"{{ {self.changed(name, f'was_{name}', name, each)} }}" for name in outside),
@@ -466,7 +479,7 @@ class _Writer:
         """Call the function of each flag that is up, also of those that it raises behind it.
 
         A branch for each flag would take longer, and so would one for all words, whose target no
-        processor foresees.
+        processor foresees. There are no flags but those of the functions.
         """
         lines = []
         for word, every in groupby(sorted(numbers), lambda number: number // WORD):

@@ -85,7 +85,7 @@ class Waiting(wiring.Component):
             state >= rng.randrange(32), value == rng.randrange(64), value[1:4], value != 1]
         for bit, outcome in enumerate(outcomes):
             with m.If(outcome):
-                m.d.sync += self.seen.bit_select(bit % 30, 1).eq(self.seen[bit % 30] ^ self.b[bit])
+                m.d.sync += self.seen[bit % 30].eq(~self.seen[bit % 30])
         m.d.comb += self.now.eq(Cat(outcomes[0], outcomes[-1], outcomes[-4], outcomes[-5]))
         return m
 
@@ -146,6 +146,42 @@ def test_is_as_the_simulator(seed, parts, traceable):
     for name in outputs:
         assert seen[name].tolist() == expected[name].tolist(), name
     assert max(len(set(expected[name].tolist())) for name in outputs) > 1
+    assert all(len(set(expected[name].tolist())) > 10 for name in outputs if "seen" in name)
+
+
+def enabled() -> Design:
+    """Make a memory that is read when an input says so, at an address named as few are."""
+    clk = Signal()
+    inputs = {"index": Signal(4), "en": Signal(), "rst": Signal()}
+    outputs = {"data": Signal(8), "thrice": Signal(8), "first": Signal()}
+    m = clocked(clk, inputs["rst"])
+    m.submodules.memory = memory = Memory(shape=8, depth=16, init=range(100, 116))
+    read = memory.read_port()
+    m.d.comb += [read.addr.eq(inputs["index"]), read.en.eq(inputs["en"]),
+                 outputs["data"].eq(read.data), outputs["first"].eq(inputs["index"] == 1)]
+    m.d.sync += outputs["thrice"].eq(inputs["index"] * 3)
+    return Design("enabled", m, clk, inputs, outputs)
+
+
+@pytest.mark.compiler
+@pytest.mark.usefixtures("libraries")
+@pytest.mark.parametrize("traceable", [False, True])
+def test_inputs_change_more_than_once_in_a_clock(traceable):
+    made, rng = enabled(), random.Random(1)
+    outputs = list(made.outputs)
+    seen = []
+    with AmaranthEngine(made) as simulator, CXXRTLEngine(made, traceable=traceable) as engine:
+        for _ in range(60):
+            for _ in range(rng.choice([1, 1, 2, 3])):
+                levels = {"index": rng.randrange(16), "en": rng.randrange(2)}
+                simulator.set(**levels)
+                engine.set(**levels)
+                assert engine.get(*outputs) == simulator.get(*outputs)
+            simulator.run(1)
+            engine.run(1)
+            seen.append(engine.get(*outputs))
+            assert seen[-1] == simulator.get(*outputs)
+    assert len(set(seen)) > 10
 
 
 LOGIC = """\
