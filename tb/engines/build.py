@@ -50,9 +50,10 @@ KEPT = 500
 STRETCH_SLOWLY = '__attribute__((optimize("O1")))'
 
 PART = r"[\w.]+\.slice<[\d,]+>\(\)"
+JOINT = re.compile(rf"{PART}(?:\.concat\({PART}\))+")
+
 #: A bit again and again, as the sign of a number is written.
 AGAIN = re.compile(r"\.concat\((\w+<1>\([\w.]+\))\)(?:\.concat\(\1\))+")
-JOINT = re.compile(rf"{PART}(?:\.concat\({PART}\))+")
 
 HERE = Path(__file__).parent
 STRETCH = HERE / "stretch.h"

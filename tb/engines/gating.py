@@ -254,9 +254,10 @@ def _segments(every: Sequence[Statement]) -> list[Segment]:
         readers.update(each.reads)
         readers.update((name, part) for name, parts in each.parts.items() for part in parts)
     found = [part for each in segments + _ends(every, segments) for part in _cut(each, readers)]
-    running = _joined(each for each in found if each.runs)
-    running.runs = True
-    return [*(each for each in found if not each.runs), *([running] * bool(running.statements))]
+    apart = [each for each in found if not each.runs]
+    if running := [one for each in found if each.runs for one in each.statements]:
+        apart.append(Segment(running, runs=True))
+    return apart
 
 
 def _ends(every: Sequence[Statement], segments: Sequence[Segment]) -> list[Segment]:
@@ -429,7 +430,7 @@ class _Writer:
             f"{{ {self.wake(every)} }}" for part, every in sorted(parts.items()))
 
     def _table(self, parts: dict[str, list[Segment]], before: str, after: str, size: int) -> str:
-        """Look up which flags to raise for values at which a comparison is not as at most."""
+        """Look up the flags to raise: of comparisons with the rarer outcome, before or after."""
         tables = [[0] * size for _ in range(self.words)]
         for part, every in parts.items():
             found = COMPARED.fullmatch(part)
